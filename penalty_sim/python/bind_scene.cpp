@@ -18,7 +18,7 @@ SceneDef load(const std::string& file_or_name, SceneOptions options, const std::
 }
 
 void defineCertificate(py::module_& m) {
-  py::class_<Certificate>(m, "Certificate", "Where a scene is stable with explicit steps.")
+  py::class_<Certificate>(m, "Certificate", "Where a scene is stable, and with which steps velocity Verlet would be.")
       .def_readonly("step", &Certificate::step, "of the scene, after its substeps [s]")
       .def_readonly("settled", &Certificate::settled, "the scene came to rest before it was judged")
       .def_property_readonly(
@@ -31,7 +31,7 @@ void defineCertificate(py::module_& m) {
             for (const IslandCertificate& island : c.islands) limits.push_back(island.limit);
             return limits;
           },
-          "largest stable explicit step of each island [s]")
+          "largest stable step of velocity Verlet of each island [s]")
       .def_property_readonly(
           "islands",
           [](const Certificate& c) {
@@ -45,7 +45,7 @@ void defineCertificate(py::module_& m) {
       "certify",
       [](const py::object& scene, double settle) { return certify(sceneFrom(scene).world, settle); },
       py::arg("scene"), py::arg("settle") = 1.0,
-      "Lets a copy of the world settle for `settle` [s] and says which explicit steps are stable there.");
+      "Lets a copy of the world settle for `settle` [s] and says what is stable there.");
 }
 
 }  // namespace

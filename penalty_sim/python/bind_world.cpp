@@ -125,7 +125,7 @@ void defineReports(py::module_& m) {
       .def_readonly("lag", &StepReport::lag, "longest time since the last step of one of them [s]")
       .def_readonly("work", &StepReport::work, "counted work of the step [1]: `World.budget` bounds it")
       .def_readonly("standing", &StepReport::standing, "bodies at rest, whose steps are left out until something comes near")
-      .def_readonly("iterations", &StepReport::iterations, "of the implicit solve; 0: explicit")
+      .def_readonly("iterations", &StepReport::iterations, "of the solve; 0: all flowed")
       .def_readonly("residual", &StepReport::residual,
                     "largest speed that an implicit solve left to change [m/s]")
       .def_readonly("position_error", &StepReport::position_error,
@@ -401,8 +401,7 @@ void SeenWorld::takeWritten() {
   };
   if (same(world_->q(), seen_q_) && same(world_->v(), seen_v_)) return;
   State written = world_->state();
-  const bool verlet = world_->model().explicit_steps;
-  std::fill(written.mode.begin(), written.mode.end(), verlet ? TreeMode::kUnprimed : TreeMode::kPut);
+  std::fill(written.mode.begin(), written.mode.end(), TreeMode::kPut);
   std::fill(written.last_step.begin(), written.last_step.end(), 0.0);  // it does not go on from where it was
   world_->restore(written.pack());
   renewSupply(world_->model(), world_->work(), written);  // a body thrown from here has not run away

@@ -18,8 +18,8 @@ BANDS = ('#ffffff', '#d0e3f2', '#9cc7e4', '#5aa2cf', '#1f77b4', '#0b3c6b')  # be
 LOST = 0.02                       # of a force, beyond which it counts as not presented (spidar/device_check.cpp)
 CELLS = 31                        # of a section, along each side
 PANEL, GAP, LEFT, TOP = 220, 78, 62, 62  # of the sections [px]
-# Of islands whose explicit steps are not stable, by Verdict of analysis/certificate.h. PASS: the rule of a step takes implicit ones there.
-BEYOND = {'PASS': 'stepped implicitly', 'IMPLICIT': 'wants implicit steps', 'SUBSTEP': 'wants substeps', 'REFUSED': 'no step helps'}
+# Of islands whose steps would not be stable by velocity Verlet, by Verdict of analysis/certificate.h.
+BEYOND = {'PASS': 'solved implicitly', 'REFUSED': 'no step helps'}
 # Faces, edges and corners of a cube.
 DIRECTIONS = [(x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if x or y or z]
 # Title, axis to the right and axis up of each section through home, with the words that the axes have (REP-103), and their signs.
@@ -158,7 +158,7 @@ def draw_scene(name, said, target):
     """`said`: lines of scene_check."""
     steps, hands = [], []
     for line in said:
-        island = re.match(r' *island of (\d+) \((.*?)\): (\w+)[^;]*; explicit to (> )?([\d.e+-]+) ms', line)
+        island = re.match(r' *island of (\d+) \((.*?)\): (\w+)[^;]*; velocity Verlet to (> )?([\d.e+-]+) ms', line)
         if island:
             steps.append((island[2][:26], math.inf if island[4] else float(island[5]), island[3]))
         hand = re.match(r'hand on (.*?): \w+, ([\d.e+-]+) N/mm when pressed.* held by a relaxed hand ([\d.e+-]+)', line)
@@ -167,14 +167,14 @@ def draw_scene(name, said, target):
     step = next((float(found[1]) for found in (re.match(r'certificate: \w+ at ([\d.e+-]+) ms', line) for line in said) if found), None)
     if step is None or not steps + hands:
         raise ValueError('nothing touches in this scene: there is no certificate to draw')
-    rows = [(island, step, limit, 'explicit steps are stable' if step <= limit else BEYOND[verdict]) for island, limit, verdict in steps]
-    title = f'{name}: step of the scene against the largest stable explicit step, and stiffness against what a relaxed hand bears'
+    rows = [(island, step, limit, 'velocity Verlet is stable too' if step <= limit else BEYOND[verdict]) for island, limit, verdict in steps]
+    title = f'{name}: step of the scene against the largest stable step of velocity Verlet, and stiffness against what a relaxed hand bears'
     out = Drawing(960, 66 + (58 + 30 * len(rows) if rows else 0) + (58 + 30 * len(hands) if hands else 0), title)
     out.text(20, 26, f'{name}: certificate', font_size=15, font_weight='bold')
     top = 58
     if rows:
         numbers = [value for _, value, limit, _ in rows for value in (value, limit) if math.isfinite(value)]
-        top = draw_bars(out, top, 'Step of the scene; the mark: largest explicit step that is stable, by island', 'ms', rows,
+        top = draw_bars(out, top, 'Step of the scene; the mark: largest stable step of velocity Verlet, by island', 'ms', rows,
                         10 ** math.floor(math.log10(min(numbers) / 2)), 10 ** math.ceil(math.log10(2 * max(numbers))))
     if hands:
         rows = [(hand, value, limit, 'a relaxed hand holds it' if value <= limit else 'the loop weakens it') for hand, value, limit in hands]

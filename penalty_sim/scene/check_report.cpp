@@ -142,7 +142,7 @@ CheckReport checkReport(const SceneDef& scene, const Certificate& certificate) {
 
 void judge(const SceneDef& scene, const Certificate& certificate, bool rings, CheckReport& report) {
   std::vector<std::string> but;
-  if (certificate.verdict != Verdict::kPass) but.push_back(std::string("explicit steps: ") + toString(certificate.verdict));
+  if (certificate.verdict != Verdict::kPass) but.push_back("it buckles or topples under its own weight");
   if (!report.replaced.empty()) but.push_back(counted(report.replaced.size(), "part") + " replaced");
   if (!report.weak_drives.empty()) but.push_back(counted(report.weak_drives.size(), "drive") + " too weak for the start pose");
   if (!report.warnings.empty()) but.push_back(counted(report.warnings.size(), "warning"));

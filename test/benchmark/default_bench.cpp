@@ -6,6 +6,7 @@
 #include <cstring>
 #include <string>
 
+#include "../comparators/velocity_verlet.h"
 #include "../scenes/bounce.h"
 #include "figure.h"
 #include "instruction_count.h"
@@ -40,11 +41,11 @@ void runBounces() {
 }
 
 /// Cubes on a floor, some spinning on it, all soft.
-WorldDef softScene(Attempts attempts, int cubes) {
+WorldDef softScene(MakeComparator comparator, int cubes) {
   WorldDef def;
   def.name = "soft";
   def.settings.step = kStep;
-  def.settings.attempts = attempts;
+  def.settings.comparator = comparator;
   def.settings.default_material.stiffness = 1e6;
   def.articulations.push_back(floorBox());
   for (int i = 0; i < cubes; ++i) {
@@ -57,8 +58,8 @@ WorldDef softScene(Attempts attempts, int cubes) {
 
 constexpr int kCounted = 500;  // steps
 
-void countSoft(Attempts attempts) {
-  World world(softScene(attempts, 8));
+void countSoft(MakeComparator comparator) {
+  World world(softScene(comparator, 8));
   for (int i = 0; i < 200; ++i) world.step();
   countedPass([&] {
     for (int i = 0; i < kCounted; ++i) world.step();
@@ -78,7 +79,7 @@ int main(int argc, char** argv) {
   using namespace haptic;
   using namespace haptic::bench;
   if (argc > 2 && std::strcmp(argv[1], "count") == 0) {
-    countSoft(std::strcmp(argv[2], "automatic") == 0 ? Attempts::kAll : Attempts::kVerlet);
+    countSoft(std::strcmp(argv[2], "automatic") == 0 ? nullptr : comparators::velocityVerlet);
     return 0;
   }
   runBounces();

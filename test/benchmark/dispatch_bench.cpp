@@ -52,9 +52,8 @@ std::function<void(int)> steps(const WorldDef& def) {
   };
 }
 
-WorldSettings settings(Attempts attempts, double h) {
+WorldSettings settings(double h) {
   WorldSettings s;
-  s.attempts = attempts;
   s.step = h;
   return s;
 }
@@ -63,7 +62,7 @@ WorldDef stack15() {
   scenes::CubeParameters c;
   c.stiffness = 1e7;
   c.ratio = c.tangential_ratio = 0.1;
-  WorldSettings s = settings(Attempts::kVerlet, 0.25e-3);
+  WorldSettings s = settings(0.25e-3);
   s.pressure_law = PressureLaw::kLinear;
   return scenes::stack(15, c, s);
 }
@@ -71,7 +70,7 @@ WorldDef stack15() {
 WorldDef heap10() {
   scenes::HeapParameters p;
   p.count = 10;
-  return scenes::heap(p, settings(Attempts::kAll, 1e-3));
+  return scenes::heap(p, settings(1e-3));
 }
 
 struct Case {
@@ -88,11 +87,11 @@ const Case kCases[] = {
     {"dynamics_cube",
      [] {
        return steps(
-           scenes::cubeOnFloor(scenes::CubeParameters{}, settings(Attempts::kVerlet, 1e-3)));
+           scenes::cubeOnFloor(scenes::CubeParameters{}, settings(1e-3)));
      },
      200, 40000, 500},
     {"dynamics_stack15", [] { return steps(stack15()); }, 200, 4000, 50},
-    {"dynamics_tilt", [] { return steps(scenes::tiltedCube(settings(Attempts::kVerlet, 1e-3))); },
+    {"dynamics_tilt", [] { return steps(scenes::tiltedCube(settings(1e-3))); },
      10, 4000, 400},
     {"heap10", [] { return steps(heap10()); }, 1, 1500, 300},
 };

@@ -64,6 +64,6 @@ void run(const char* name, WorldDef def, int steps) {
 int main() {
   std::fprintf(stderr, "%s\n", buildFlags().c_str());
   run("spin", falling(1, Attempts::kAll), 600);
-  run("spin_verlet", falling(1, Attempts::kVerlet), 600);
+  run("spin_euler", falling(1, Attempts::kImplicitEuler), 600);
   run("heap", falling(6, Attempts::kAll), 800);
 }

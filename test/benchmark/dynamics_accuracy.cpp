@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <functional>
 
-#include "../comparators/point_contact.h"
+#include "../comparators/velocity_verlet.h"
 #include "../core/dynamics/free_rotation_reference.h"
 #include "../scenes/motions.h"
 #include "dynamics_figures.h"
@@ -16,7 +16,7 @@ using namespace scenes;
 WorldSettings verlet(double h) {
   WorldSettings s;
   s.step = h;
-  s.attempts = Attempts::kVerlet;
+  s.comparator = comparators::velocityVerlet;
   return s;
 }
 
@@ -109,9 +109,9 @@ struct Fall {
 };
 
 /// The tilted cube until 2 s: when it passes 0.01 rad and how fast, and rms of its angular momentum from 1.5 s.
-Fall fall(double h, double k, ContactModel model = nullptr) {
+Fall fall(double h, double k, MakeComparator comparator = comparators::velocityVerlet) {
   WorldSettings settings = verlet(h);
-  settings.contact_model = model;
+  settings.comparator = comparator;
   World world(scenes::tiltedCube(settings, k));
   Fall out;
   double angle = 0.1, omega = 0, squares = 0;
@@ -195,7 +195,7 @@ void tiltedCube() {
   figure("tilt.model_time_err_ms", 1e3 * (finer.time - kExactTime), "ms");
   figure("tilt.model_omega_err_pct", 100 * (finer.omega / kExactOmega - 1), "%");
   figure("tilt.residual_nms", coarse.residual, "N m s");
-  figure("tilt.point_residual_nms", fall(1e-3, k, comparators::pointContact).residual, "N m s");
+  figure("tilt.point_residual_nms", fall(1e-3, k, comparators::pointVerlet).residual, "N m s");
   for (const double h : {1e-4, 3e-4, 1e-3, 10e-3 / 3, 1e-2}) {
     const Fall f = fall(h, k);
     std::printf("tilt: h %.4g ms time error %.3g ms, omega error %.3g %%, residual %.3g N m s\n", 1e3 * h,

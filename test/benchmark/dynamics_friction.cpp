@@ -1,6 +1,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "../comparators/velocity_verlet.h"
 #include "../scenes/motions.h"
 #include "dynamics_figures.h"
 #include "figure.h"
@@ -14,7 +15,7 @@ using namespace scenes;
 WorldSettings verlet(double h) {
   WorldSettings s;
   s.step = h;
-  s.attempts = Attempts::kVerlet;
+  s.comparator = comparators::velocityVerlet;
   s.energy_ledger = false;
   return s;
 }

@@ -2,7 +2,7 @@
 #include <cstdio>
 #include <functional>
 
-#include "../comparators/point_contact.h"
+#include "../comparators/named_attempts.h"
 #include "../scenes/motions.h"
 #include "allocation_count.h"
 #include "dynamics_figures.h"
@@ -17,7 +17,7 @@ using namespace scenes;
 WorldSettings verlet(double h) {
   WorldSettings s;
   s.step = h;
-  s.attempts = Attempts::kVerlet;
+  s.comparator = comparators::velocityVerlet;
   s.pressure_law = PressureLaw::kLinear;
   s.energy_ledger = false;
   return s;
@@ -137,23 +137,19 @@ void stacks() {
   figure("blocks.time_exponent", std::max(a, b), "1");
 }
 
-/// Heap allocations of 2000 steps of each integrator and contact model, on a scene with touch, slip and parting.
+/// Heap allocations of 2000 steps of each method, on a scene with touch, slip and parting.
 void allocations() {
   long count = 0;
-  for (const Attempts attempts : {Attempts::kVerlet, Attempts::kImplicitEuler, Attempts::kSdirk2}) {
-    for (const ContactModel model : {ContactModel(nullptr), ContactModel(comparators::pointContact)}) {
-      if (model && attempts != Attempts::kVerlet) continue;
-      WorldSettings settings = verlet(1e-3);
-      settings.attempts = attempts;
-      settings.contact_model = model;
-      settings.energy_ledger = true;
-      WorldDef def = stack(4, CubeParameters{}, settings, 1e-3);
-      def.articulations[4].V_WA.linear = Vector3(0.5, 0.1, 1);
-      World world(def);
-      const long before = allocationCount();
-      for (int i = 0; i < 2000; ++i) world.step();
-      count += allocationCount() - before;
-    }
+  for (const comparators::NamedAttempts& method : comparators::kNamedAttempts) {
+    WorldSettings settings = verlet(1e-3);
+    method.into(settings);
+    settings.energy_ledger = true;
+    WorldDef def = stack(4, CubeParameters{}, settings, 1e-3);
+    def.articulations[4].V_WA.linear = Vector3(0.5, 0.1, 1);
+    World world(def);
+    const long before = allocationCount();
+    for (int i = 0; i < 2000; ++i) world.step();
+    count += allocationCount() - before;
   }
   figure("allocations.dynamics", static_cast<double>(count), "1");
 }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 
+#include "../comparators/velocity_verlet.h"
 #include "../peers/peer_world.h"
 #include "../scenes/extremes.h"
 #include "extreme_figures.h"
@@ -203,7 +204,7 @@ void costs() {
   plain.energy_ledger = false;
   WorldSettings second = plain, explicit_step = plain;
   second.attempts = Attempts::kSdirk2;
-  explicit_step.attempts = Attempts::kVerlet;
+  explicit_step.comparator = comparators::velocityVerlet;
   explicit_step.step = 1e-5;  // stable at this stiffness; the cost of a step does not depend on its length
   auto euler = settled(plain), sdirk = settled(second), explicit_world = settled(explicit_step);
   double deepest = 0;

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "../comparators/velocity_verlet.h"
 #include "../scenes/extremes.h"
 #include "extreme_figures.h"
 #include "figure.h"
@@ -23,7 +24,7 @@ struct Scene {
 
 WorldSettings explicitSettings() {
   WorldSettings s;
-  s.attempts = Attempts::kVerlet;
+  s.comparator = comparators::velocityVerlet;
   s.pressure_law = PressureLaw::kLinear;
   s.energy_ledger = false;
   return s;

@@ -1,6 +1,7 @@
 /// Instructions of the default where nothing is stiff, over those of velocity Verlet.
 #include <cstring>
 
+#include "../comparators/velocity_verlet.h"
 #include "../scenes/blocks.h"
 #include "extreme_figures.h"
 #include "figure.h"
@@ -15,8 +16,8 @@ void countSoft(const char* attempts) {
   CubeParameters c;
   c.ratio = 0.05;
   c.tangential_ratio = 0.1;
-  WorldSettings s =
-      implicitSettings(1e-3, automatic ? Attempts::kAll : Attempts::kVerlet);
+  WorldSettings s = implicitSettings(1e-3, Attempts::kAll);
+  if (!automatic) s.comparator = comparators::velocityVerlet;
   s.energy_ledger = false;
   WorldDef def = stack(3, c, s);
   for (int i = 0; i < 5; ++i) {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <sstream>
 
+#include "../comparators/velocity_verlet.h"
 #include "../scenes/circling_hands.h"
 #include "../scenes/motions.h"
 #include "figure.h"
@@ -195,7 +196,7 @@ void idleFeatures() {
   WorldSettings settings;
   settings.step = 0.25e-3;
   WorldSettings verlet = settings;
-  verlet.attempts = Attempts::kVerlet;
+  verlet.comparator = comparators::velocityVerlet;
   WorldDef robot = loadScene(scenes_folder + "panda_touch.yaml").world;
   robot.pointers.clear();
   const Scene bases[] = {{"cube", scenes::cubeOnFloor(scenes::CubeParameters{}, settings)},

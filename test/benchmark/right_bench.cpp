@@ -6,6 +6,7 @@
 #include <cstring>
 #include <ctime>
 
+#include "../comparators/velocity_verlet.h"
 #include "../scenes/inner_corner.h"
 #include "figure.h"
 #include "haptic_core/base/cpu_time.h"
@@ -23,11 +24,11 @@ struct CornerRun {
   double seconds = 0;      ///< of a step at rest
 };
 
-CornerRun runCorner(const CornerParameters& p, Attempts attempts) {
+CornerRun runCorner(const CornerParameters& p, const NamedAttempts& method) {
   WorldSettings settings;
-  settings.attempts = attempts;
+  method.into(settings);
   const double longest = 0.3 * std::sqrt(p.mass / (p.stiffness * 0.01));  // of an explicit step
-  settings.step = attempts == Attempts::kVerlet ? std::min(1e-3, longest) : 1e-3;
+  settings.step = method.comparator ? std::min(1e-3, longest) : 1e-3;
   World world(innerCorner(p, settings));
   CornerRun out;
   // Some thirty time constants of the start's motion, at least 250 steps.
@@ -57,7 +58,7 @@ void runCorners() {
           p.R = R;
           p.stiffness = k;
           p.one_body = p.cube_first = one_body;
-          const CornerRun run = runCorner(p, i.attempts);
+          const CornerRun run = runCorner(p, i);
           of_k = std::max(of_k, run.force_error);
           iterations = std::max(iterations, run.iterations);
         }
@@ -72,14 +73,14 @@ void runCorners() {
   figure("corner.newton_max", iterations, "1");
   double ratio = 0;
   for (const NamedAttempts& i : kNamedAttempts) {
-    if (i.attempts == Attempts::kVerlet) continue;
+    if (i.comparator) continue;
     std::vector<double> ratios;
     for (int pair = 0; pair < 21; ++pair) {
       CornerParameters p;
       p.stiffness = 1e8;
-      const double touching = runCorner(p, i.attempts).seconds;
+      const double touching = runCorner(p, i).seconds;
       p.gap = 1e-3;
-      ratios.push_back(touching / runCorner(p, i.attempts).seconds);
+      ratios.push_back(touching / runCorner(p, i).seconds);
     }
     ratio = std::max(ratio, median(ratios));
   }
@@ -94,7 +95,7 @@ struct Jump {
 
 Jump slideOver(bool seam, const CubeParameters& c) {
   WorldSettings settings;
-  settings.attempts = Attempts::kVerlet;
+  settings.comparator = comparators::velocityVerlet;
   settings.step = 1e-4;
   WorldDef def = cubeOnFloor(c, settings);
   if (seam) {

@@ -11,9 +11,9 @@ namespace {
 
 using namespace scenes;
 
-WorldSettings settingsOf(Attempts attempts) {
+WorldSettings settingsOf(const NamedAttempts& method) {
   WorldSettings settings;
-  settings.attempts = attempts;
+  method.into(settings);
   settings.step = 1e-3;
   return settings;
 }
@@ -30,9 +30,9 @@ Vector3 meanPlace(World& world, const CarriedCube& cube, double period) {
 }
 
 /// On a carrier that goes to and fro: drift of the mean from the second period to the last, along the carrier [m].
-double driftToAndFro(Carrier carrier, Attempts attempts) {
+double driftToAndFro(Carrier carrier, const NamedAttempts& method) {
   const CarriedCube cube;
-  World world(carried(carrier, cube, settingsOf(attempts)));
+  World world(carried(carrier, cube, settingsOf(method)));
   const double period = periodOf(carrier);
   meanPlace(world, cube, period);
   const Vector3 first = meanPlace(world, cube, period);
@@ -53,9 +53,9 @@ Vector3 elasticPlace(const World& world, const CarriedCube& cube) {
   return world.contactCount() > 0 ? Vector3(-force / (kt * world.contact(0).area)) : Vector3::Zero();
 }
 
-Turned turntable(Attempts attempts) {
+Turned turntable(const NamedAttempts& method) {
   const CarriedCube cube;
-  World world(carried(Carrier::kTurntable, cube, settingsOf(attempts)));
+  World world(carried(Carrier::kTurntable, cube, settingsOf(method)));
   const double limit = cube.mu * kGravity / cube.radius;  // ω⁴ + α² at the slip
   const double slips = std::sqrt(std::sqrt(limit * limit - kSpinUp * kSpinUp));
   Turned out;
@@ -85,8 +85,8 @@ Turned turntable(Attempts attempts) {
 void runCarriers() {
   double worst_drift = 0, worst_slip = 0;
   for (const NamedAttempts& i : kNamedAttempts) {
-    const Turned turned = turntable(i.attempts);
-    const double platform = driftToAndFro(Carrier::kPlatform, i.attempts), ramp = driftToAndFro(Carrier::kRamp, i.attempts);
+    const Turned turned = turntable(i);
+    const double platform = driftToAndFro(Carrier::kPlatform, i), ramp = driftToAndFro(Carrier::kRamp, i);
     const std::string name = std::string("carrier.drift_um_");
     figure(name + "turntable_" + i.name, 1e6 * turned.drift, "um");
     figure(name + "platform_" + i.name, 1e6 * platform, "um");

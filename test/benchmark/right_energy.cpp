@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <string>
 
+#include "../comparators/velocity_verlet.h"
 #include "../scenes/heap.h"
 #include "../scenes/moving.h"
 #include "../scenes/shipped_scenes.h"
@@ -68,7 +69,7 @@ void runTurning() {
     const std::string suffix = kindOf(law).potential ? "_potential" : "";
     for (const double h : {1e-3, 1e-4, 1e-5}) {
       WorldSettings settings;
-      settings.attempts = Attempts::kVerlet;
+      settings.comparator = comparators::velocityVerlet;
       settings.step = h;
       settings.pressure_law = law;
       World world(crosses(settings));
@@ -103,15 +104,15 @@ void runEnergy() {
   };
   for (const NamedAttempts& i : kNamedAttempts) {
     WorldSettings settings;
-    settings.attempts = i.attempts;
+    i.into(settings);
     run("crosses", i, crosses(settings), 0.6);
     const double lower = 5e-5, depth = 0;  // m g/K = 196 µm
     run("table", i, table(settings, lower, depth), 1);
-    settings.step = i.attempts == Attempts::kVerlet ? 2e-4 : 1e-3;
+    settings.step = i.comparator ? 2e-4 : 1e-3;
     run("dominoes", i, dominoes(settings, 1.05), 1);
     run("hexagon", i, hexagon(settings, 1e7, 6.44), 1);
     HeapParameters heap10;
-    heap10.stiffness = i.attempts == Attempts::kVerlet ? 1e6 : 1e8;
+    heap10.stiffness = i.comparator ? 1e6 : 1e8;
     run("heap", i, heap(heap10, settings), 1);
     std::fprintf(stderr, "  %s\n", i.name);
   }

@@ -20,9 +20,9 @@ struct Hit {
   bool flagged = false;
 };
 
-Hit hitRod(Attempts attempts, double h) {
+Hit hitRod(const NamedAttempts& method, double h) {
   WorldSettings settings;
-  settings.attempts = attempts;
+  method.into(settings);
   settings.step = h;
   World world(rodAndCube(settings));
   Hit out;
@@ -38,7 +38,7 @@ void runRod() {
   double unflagged = 0;
   bool all_flagged = true;
   for (const NamedAttempts& i : kNamedAttempts) {
-    const Hit hit = hitRod(i.attempts, 1e-3);
+    const Hit hit = hitRod(i, 1e-3);
     figure(std::string("impact.err_pct_") + i.name, 100 * hit.error, "%");
     figure(std::string("impact.flagged_") + i.name, hit.flagged, "1");
     if (!hit.flagged) unflagged = std::max(unflagged, 100 * hit.error);
@@ -47,7 +47,7 @@ void runRod() {
   figure("impact.err_pct", unflagged, "%");  // of those that say nothing
   figure("impact.flagged", all_flagged, "1");
   double resolved = 0;
-  for (const NamedAttempts& i : kNamedAttempts) resolved = std::max(resolved, 100 * hitRod(i.attempts, 1e-6).error);
+  for (const NamedAttempts& i : kNamedAttempts) resolved = std::max(resolved, 100 * hitRod(i, 1e-6).error);
   figure("impact.resolved_err_pct", resolved, "%");
 }
 
@@ -68,7 +68,7 @@ RandomScene randomScene(std::mt19937& random) {
   };
   RandomScene out;
   WorldSettings& s = out.def.settings;
-  s.attempts = kNamedAttempts[random() % std::size(kNamedAttempts)].attempts;
+  kNamedAttempts[random() % std::size(kNamedAttempts)].into(s);
   s.step = between(1e-4, 1e-2);
   s.pressure_law = random() % 2 ? PressureLaw::kLinear : PressureLaw::kHuntCrossley;
   s.energy_ledger = random() % 4 != 0;

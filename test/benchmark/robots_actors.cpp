@@ -19,7 +19,7 @@ namespace {
 
 using namespace scenes;
 
-constexpr Attempts kAll[] = {Attempts::kVerlet, Attempts::kImplicitEuler, Attempts::kSdirk2,
+constexpr Attempts kAll[] = {Attempts::kImplicitEuler, Attempts::kSdirk2,
                                Attempts::kAll};
 
 WorldSettings settingsOf(Attempts attempts) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "../comparators/velocity_verlet.h"
 #include "../scenes/blocks.h"
 #include "figure.h"
 #include "haptic_core/base/error.h"
@@ -328,7 +329,7 @@ int couplingAxes() {
     WorldDef def;
     def.name = "tool";
     def.settings.gravity.setZero();
-    def.settings.attempts = Attempts::kVerlet;
+    def.settings.comparator = comparators::velocityVerlet;
     def.articulations.push_back(scenes::freeBody("tool", nullptr, 0.5, 2e-3 * Matrix3::Identity(), Pose(R, Vector3::Zero())));
     PointerDef pointer;
     pointer.articulation = pointer.link = 0;

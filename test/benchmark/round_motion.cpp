@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "../comparators/velocity_verlet.h"
 #include "../scenes/balls.h"
 #include "figure.h"
 #include "haptic_core/geometry/shapes/rod.h"
@@ -14,7 +15,7 @@ namespace {
 WorldDef ballOnFloor(double h, double k, double slope, double mu, double speed) {
   constexpr double kRadius = 0.1;
   WorldDef def;
-  def.settings.attempts = Attempts::kVerlet;
+  def.settings.comparator = comparators::velocityVerlet;
   def.settings.step = h;
   def.settings.gravity = scenes::kGravity * Vector3(std::sin(slope), 0, -std::cos(slope));
   ContactMaterial& m = def.settings.default_material;

@@ -27,11 +27,10 @@ std::uint64_t bitsOfCLibrary() {
 }
 
 int main(int argc, char** argv) {
-  using haptic::Attempts;
   std::fprintf(stderr, "%s; C library %016" PRIx64 "\n", haptic::buildFlags().c_str(), bitsOfCLibrary());
-  std::map<std::string, Attempts> schemes;
-  for (const auto& each : haptic::comparators::kNamedAttempts) schemes[each.name] = each.attempts;
-  const Attempts* scheme = nullptr;
+  std::map<std::string, haptic::comparators::NamedAttempts> schemes;
+  for (const auto& each : haptic::comparators::kNamedAttempts) schemes[each.name] = each;
+  const haptic::comparators::NamedAttempts* scheme = nullptr;
   long steps = 1000;
   for (int i = 1; i < argc; ++i) {
     if (!std::strcmp(argv[i], "--scheme") && i + 1 < argc && schemes.count(argv[i + 1])) {
@@ -42,7 +41,7 @@ int main(int argc, char** argv) {
     }
   }
   for (haptic::scenes::ShippedScene& scene : haptic::scenes::shippedScenes(HAPTIC_SOURCE_DIR "/urdf/scenes")) {
-    if (scheme) scene.def.world.settings.attempts = *scheme;
+    if (scheme) scheme->into(scene.def.world.settings);
     try {
       haptic::World world(scene.def.world);
       for (long i = 0; i < steps; ++i) {

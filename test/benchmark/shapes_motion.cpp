@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "../comparators/velocity_verlet.h"
 #include "../scenes/blocks.h"
 #include "../scenes/spinning_ellipsoid.h"
 #include "figure.h"
@@ -75,7 +76,7 @@ double rollOver(double k, double h) {
   constexpr double kBelow = 0.05, kAbove = 0.03, kMass = 0.3, kStart = M_PI / 180;
   WorldDef def;
   def.settings.step = h;
-  def.settings.attempts = Attempts::kVerlet;
+  def.settings.comparator = comparators::velocityVerlet;
   def.settings.gravity = Vector3(0, 0, -scenes::kGravity);
   ContactMaterial& m = def.settings.default_material;
   m.stiffness = k;

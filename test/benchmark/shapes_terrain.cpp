@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "../comparators/velocity_verlet.h"
 #include "../scenes/ground.h"
 #include "figure.h"
 #include "haptic_core/geometry/shapes/ball.h"
@@ -60,7 +61,7 @@ double secondsOfStep(WorldDef def, const Pose& X_WL) {
   CubeParameters c;
   def.settings.default_material = c.material();
   def.settings.gravity = Vector3(0, 0, -kGravity);
-  def.settings.attempts = Attempts::kVerlet;
+  def.settings.comparator = comparators::velocityVerlet;
   def.articulations.push_back(cube("cube", c, X_WL));
   World world(def);
   for (int i = 0; i < 1500; ++i) world.step();

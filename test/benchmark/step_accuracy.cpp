@@ -104,7 +104,7 @@ double order(const StepMotion& motion) {
     }
     return world;
   };
-  const auto exact = run(stepSettings(Attempts::kVerlet, kStep / motion.fine));
+  const auto exact = run(verletSettings(kStep / motion.fine));
   double x = 0, y = 0, xx = 0, xy = 0;
   for (const double accuracy : kAccuracies) {
     WorldSettings settings = stepSettings();

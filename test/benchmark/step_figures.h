@@ -1,5 +1,6 @@
 /// Parts of `./run bench step`; each prints figures of its own.
 #pragma once
+#include "../comparators/velocity_verlet.h"
 #include "haptic_core/world/world.h"
 
 namespace haptic::bench {
@@ -9,6 +10,13 @@ inline WorldSettings stepSettings(Attempts attempts = Attempts::kAll, double h =
   WorldSettings settings;
   settings.step = h;
   settings.attempts = attempts;
+  return settings;
+}
+
+/// Of a fine reference.
+inline WorldSettings verletSettings(double h) {
+  WorldSettings settings = stepSettings(Attempts::kAll, h);
+  settings.comparator = comparators::velocityVerlet;
   return settings;
 }
 

@@ -52,7 +52,7 @@ struct Run {
 int stepsOf(const StepMotion& motion) { return static_cast<int>(std::lround(motion.seconds / 1e-3)); }
 
 Track reference(const StepMotion& motion) {
-  World world(motion.make(stepSettings(Attempts::kVerlet, 1e-3 / motion.fine)));
+  World world(motion.make(verletSettings(1e-3 / motion.fine)));
   Track track;
   for (int i = 0; i < stepsOf(motion); ++i) {
     Vector3 F = Vector3::Zero();

@@ -48,9 +48,9 @@ class Pictures(unittest.TestCase):
 
     def test_a_certificate_has_the_numbers_of_its_text(self):
         said, words, _ = self.check("touch_cube")
-        limit = re.search(r"explicit to ([\d.]+) ms", said).group(1)
+        limit = re.search(r"velocity Verlet to ([\d.]+) ms", said).group(1)
         met, held = re.search(r"PASS, ([\d.]+) N/mm when.* relaxed hand ([\d.]+)", said).groups()
-        self.assertIn(f"1 of {limit} ms: explicit steps are stable", words)
+        self.assertIn(f"1 of {limit} ms: velocity Verlet is stable too", words)
         self.assertIn(f"{met} of {held} N/mm: a relaxed hand holds it", words)
 
     def test_wrong_words_get_one_line(self):

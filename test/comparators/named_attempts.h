@@ -1,16 +1,25 @@
-/// The sets of attempts that methods are compared by, with the names that figures, tests and the report give them.
+/// The methods that ours is compared by, with the names that figures, tests and the report give them.
 #pragma once
-#include "haptic_core/world/attempts.h"
+#include "haptic_core/world/definition.h"
+#include "velocity_verlet.h"
 
 namespace haptic::comparators {
 
 /// A row of `kNamedAttempts`.
 struct NamedAttempts {
-  Attempts attempts;  ///< that the method has
-  const char* name;   ///< of the method
+  const char* name;                         ///< of the method
+  Attempts attempts = Attempts::kAll;       ///< that it has
+  MakeComparator comparator = nullptr;      ///< in their place
+
+  /// Has a world step so.
+  void into(WorldSettings& settings) const {
+    settings.attempts = attempts;
+    settings.comparator = comparator;
+  }
 };
 
+inline constexpr NamedAttempts kVerlet{"verlet", Attempts::kAll, velocityVerlet};
 inline constexpr NamedAttempts kNamedAttempts[] = {
-    {Attempts::kVerlet, "verlet"}, {Attempts::kImplicitEuler, "implicit"}, {Attempts::kSdirk2, "sdirk2"}, {Attempts::kAll, "automatic"}};
+    kVerlet, {"implicit", Attempts::kImplicitEuler}, {"sdirk2", Attempts::kSdirk2}, {"automatic", Attempts::kAll}};
 
 }  // namespace haptic::comparators

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <functional>
 
+#include "../comparators/velocity_verlet.h"
 #include "../scenes/extremes.h"
 #include "haptic_core/base/error.h"
 #include "peer_world.h"
@@ -23,9 +24,10 @@ struct Method {
   Attempts attempts;
   peers::PeerSettings peer;
   bool is_peer;
+  MakeComparator comparator = nullptr;
 };
 const Method kMethods[] = {
-    {"explicit", Attempts::kVerlet, {}, false},
+    {"explicit", Attempts::kAll, {}, false, comparators::velocityVerlet},
     {"implicit", Attempts::kImplicitEuler, {}, false},
     {"sdirk2", Attempts::kSdirk2, {}, false},
     {"ode_exact", {}, {peers::Peer::kOdeExact, 20}, true},
@@ -85,6 +87,7 @@ int main(int argc, char** argv) {
       WorldSettings settings;
       settings.step = h;
       settings.attempts = method.attempts;
+      settings.comparator = method.comparator;
       const auto cases = scenes::extremeCases(settings);
       if (index < 0 || index >= static_cast<int>(cases.size()) || !(h > 0)) break;
       const std::string why = run(cases[index], method, h);

@@ -20,7 +20,6 @@
 #include <sstream>
 
 #include "../comparators/named_attempts.h"
-#include "../comparators/point_contact.h"
 #include "contactbench_scenes.h"
 #include "haptic_core/base/cpu_time.h"
 #include "haptic_core/base/error.h"
@@ -89,8 +88,9 @@ Method methodOf(const std::string& name) {
   const std::string model = name.substr(0, dash), rest = dash == std::string::npos ? "" : name.substr(dash + 1);
   for (const auto& ours : comparators::kNamedAttempts) {
     if (rest != ours.name || (model != "volume" && model != "point")) continue;
+    if (model == "point" && !ours.comparator) continue;
     method.choice.attempts = ours.attempts;
-    method.choice.model = model == "point" ? comparators::pointContact : nullptr;
+    method.choice.comparator = model == "point" ? comparators::pointVerlet : ours.comparator;
     return method;
   }
   throw SetupError("method '" + name + "'", "is unknown", "see the head of report_run.cpp");
@@ -180,7 +180,7 @@ int run(int argc, char** argv) {
   }
   if (words.size() == 1 && words[0] == "--default") {
     for (const auto& ours : comparators::kNamedAttempts) {
-      if (ours.attempts == WorldSettings{}.attempts) std::printf("volume-%s\n", ours.name);
+      if (!ours.comparator && ours.attempts == WorldSettings{}.attempts) std::printf("volume-%s\n", ours.name);
     }
     return 0;
   }

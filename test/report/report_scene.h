@@ -14,8 +14,8 @@ namespace haptic::report {
 
 /// What the user of a simulator chooses. Peers know `step` alone: their contact parameters are their own.
 struct Choice {
-  Attempts attempts = Attempts::kVerlet;
-  ContactModel model = nullptr;  ///< the volume
+  Attempts attempts = Attempts::kAll;
+  MakeComparator comparator = nullptr;
   double step = 1e-3;    ///< [s]
   double accuracy = WorldSettings{}.accuracy;  ///< that a step is asked for (world/definition.h) [1]
   double stiffness = 0;  ///< foundation k [N/m³]; 0: the scene's own
@@ -110,7 +110,7 @@ inline std::shared_ptr<const ConvexShape> ballShape(double radius, const Choice&
 inline WorldSettings settingsOf(const Choice& choice, const WorldSettings& base = {}) {
   WorldSettings s = base;
   s.attempts = choice.attempts;
-  s.contact_model = choice.model;
+  s.comparator = choice.comparator;
   s.step = choice.step;
   s.accuracy = choice.accuracy;
   return s;

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <memory>
 
+#include "../comparators/velocity_verlet.h"
 #include "../scenes/gear_path.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/geometry/shapes/convex_polyhedron.h"
@@ -49,7 +50,7 @@ void lambda(const std::string& file) {
 void stages(const std::string& file, double seconds) {
   const report::Scene scene = report::fileScene(file);
   report::Choice choice;
-  choice.attempts = Attempts::kVerlet;
+  choice.comparator = comparators::velocityVerlet;
   World world(scene.make(choice));
   const double h = world.settings().step;
   world.measureStages(true);

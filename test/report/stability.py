@@ -180,6 +180,6 @@ def sections(options, folder, whole):
     if extreme_program:
         out.append(('Extreme cases', 'extremes', extreme_section(extreme_program, options)))
     if whole and check_program:
-        out.append(('Certificates', 'certificates', '<p>What `./run check` says of each scene: the largest stable explicit step '
+        out.append(('Certificates', 'certificates', '<p>What `./run check` says of each scene: the largest stable step of velocity Verlet '
                     'of its contacts and islands.</p>' + certificates(check_program, programs.ROOT, options)))
     return out

@@ -30,7 +30,7 @@
 #include <string>
 #include <vector>
 
-#include "../comparators/point_contact.h"
+#include "../comparators/velocity_verlet.h"
 #include "../peers/peer_world.h"
 #include "../scenes/extremes.h"
 #include "haptic_core/base/error.h"
@@ -145,7 +145,7 @@ const std::vector<Map>& maps() {
 struct Method {
   const char* name;
   Attempts attempts;
-  ContactModel model;
+  MakeComparator comparator;
   const peers::PeerSettings* peer;
 };
 
@@ -153,14 +153,14 @@ const std::vector<Method>& methods() {
   static const peers::PeerSettings kOde{peers::Peer::kOdeExact, 20, 0}, kBullet{peers::Peer::kBullet, 50, 0},
       kMujoco{peers::Peer::kMujocoEuler, 0, 0};
   static const std::vector<Method> kMethods = {
-      {"verlet", Attempts::kVerlet, nullptr, nullptr},
+      {"verlet", Attempts::kAll, comparators::velocityVerlet, nullptr},
       {"implicit_euler", Attempts::kImplicitEuler, nullptr, nullptr},
       {"sdirk2", Attempts::kSdirk2, nullptr, nullptr},
       {"automatic", Attempts::kAll, nullptr, nullptr},
-      {"point", Attempts::kVerlet, comparators::pointContact, nullptr},
-      {"ode", Attempts::kVerlet, nullptr, &kOde},
-      {"bullet", Attempts::kVerlet, nullptr, &kBullet},
-      {"mujoco", Attempts::kVerlet, nullptr, &kMujoco}};
+      {"point", Attempts::kAll, comparators::pointVerlet, nullptr},
+      {"ode", Attempts::kAll, nullptr, &kOde},
+      {"bullet", Attempts::kAll, nullptr, &kBullet},
+      {"mujoco", Attempts::kAll, nullptr, &kMujoco}};
   return kMethods;
 }
 
@@ -219,7 +219,7 @@ Outcome run(const Cell& cell, double h, const std::function<bool()>& step, const
 Outcome runCell(const Map& map, const Method& method, double x, double y) {
   WorldSettings settings;
   settings.attempts = method.attempts;
-  settings.contact_model = method.model;
+  settings.comparator = method.comparator;
   settings.energy_ledger = false;
   const Cell cell = map.make(x, y, settings);
   const double h = cell.def.settings.step;

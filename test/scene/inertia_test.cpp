@@ -31,7 +31,6 @@ SceneDef load(const std::string& inside) {
 
 /// Velocity of the last joint after one step from rest, by the step: its acceleration.
 double firstAcceleration(SceneDef scene, const std::string& name) {
-  scene.world.settings.attempts = Attempts::kVerlet;
   World world(scene.world);
   world.step();
   const Twist V = world.linkTwist(world.linkIndex(name));

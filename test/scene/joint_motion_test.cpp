@@ -70,7 +70,7 @@ TEST(JointMotion, AGripperHoldsItsLimitWithItsFollower) {
             joint("jl", "prismatic", "palm", "left", "<axis xyz=\"0 1 0\"/>" + slide, "0 0.03 0.08") +
             joint("jr", "prismatic", "palm", "right",
                   "<axis xyz=\"0 -1 0\"/>" + slide + "<mimic joint=\"jl\"/>", "0 -0.03 0.08")));
-  for (const Attempts attempts : {Attempts::kVerlet, Attempts::kImplicitEuler}) {
+  for (const Attempts attempts : {Attempts::kImplicitEuler, Attempts::kAll}) {
     WorldDef def = scene.world;
     def.settings.attempts = attempts;
     def.settings.gravity = Vector3(0.1, 0.3, -9.8);
@@ -134,19 +134,10 @@ TEST(JointMotion, AQuadrupedLandsOnTheFloor) {
                   "models:\n  - {file: floor.urdf}\n  - {file: dog.urdf, base: floating, drive: hold, pose: "
                   "{xyz: [0, 0, 0.45], rpy: [0.1, 0.05, 0]}}\n"));
   for (const Attempts attempts :
-       {Attempts::kVerlet, Attempts::kImplicitEuler, Attempts::kSdirk2,
+       {Attempts::kImplicitEuler, Attempts::kSdirk2,
         Attempts::kAll}) {
     WorldDef def = scene.world;
     def.settings.attempts = attempts;
-    const bool is_explicit = attempts == Attempts::kVerlet;
-    // The foundation that is chosen for feet of 0.2 kg, 2e8 N/m³, is beyond explicit steps of 1 ms (h ω > 2 as they rock).
-    for (ArticulationDef& articulation : def.articulations) {
-      for (LinkDef& link : articulation.links) {
-        for (CollisionDef& collision : link.collisions) {
-          if (is_explicit) collision.material.rest_stiffness = ContactMaterial::kUnset;
-        }
-      }
-    }
     World world(def);
     const int trunk = world.linkIndex("trunk");
     double highest = 0;

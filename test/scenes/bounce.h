@@ -28,12 +28,13 @@ struct Bounce {
     return std::max(0.0, law == PressureLaw::kLinear ? elastic + b() * rate : elastic * (1 + damping * rate));
   }
 
-  WorldDef make(double height, Attempts attempts = Attempts::kAll) const {
+  WorldDef make(double height, Attempts attempts = Attempts::kAll, MakeComparator comparator = nullptr) const {
     WorldDef def;
     def.name = "bounce";
     def.settings.step = kBounceStep;
     def.settings.pressure_law = law;
     def.settings.attempts = attempts;
+    def.settings.comparator = comparator;
     ContactMaterial& m = def.settings.default_material;
     const double area = kBounceEdge * kBounceEdge;
     m.stiffness = k_eff / area;
@@ -68,8 +69,8 @@ struct Bounce {
 };
 
 /// Speed at the height of first touch after one bounce from `height`; 0: it does not leave.
-inline double exitSpeed(const Bounce& bounce, double height, Attempts attempts) {
-  World world(bounce.make(height, attempts));
+inline double exitSpeed(const Bounce& bounce, double height, Attempts attempts, MakeComparator comparator) {
+  World world(bounce.make(height, attempts, comparator));
   bool touched = false;
   for (int i = 0; i < 2000; ++i) {
     world.step();
@@ -81,13 +82,13 @@ inline double exitSpeed(const Bounce& bounce, double height, Attempts attempts) 
 }
 
 /// The largest error over heights that differ by when, within a step, the cube touches.
-inline double worstExit(const Bounce& bounce, Attempts attempts = Attempts::kAll) {
+inline double worstExit(const Bounce& bounce, Attempts attempts = Attempts::kAll, MakeComparator comparator = nullptr) {
   constexpr int kPhases = 16;
   double worst = 0;
   for (int i = 0; i < kPhases; ++i) {
     const double fall = 0.045 + kBounceStep * i / kPhases;  // [s]
     const double height = 0.5 * kGravity * fall * fall, approach = kGravity * fall;
-    const double exact = bounce.exactExit(approach)[0], speed = exitSpeed(bounce, height, attempts);
+    const double exact = bounce.exactExit(approach)[0], speed = exitSpeed(bounce, height, attempts, comparator);
     worst = std::max(worst, std::abs(speed - exact) / approach);
   }
   return worst;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "../comparators/velocity_verlet.h"
 #include "blocks.h"
 #include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/hulls/ground.h"
@@ -87,7 +88,7 @@ struct LedBody {
 inline WorldDef ledOver(const std::vector<ArticulationDef>& ground, const LedBody& body, const Matrix3& R_WG = Matrix3::Identity()) {
   WorldDef def;
   def.settings.gravity = Vector3(0, 0, -kGravity);
-  def.settings.attempts = Attempts::kVerlet;
+  def.settings.comparator = comparators::velocityVerlet;
   CubeParameters c;
   c.mass = body.mass;
   c.mu_static = c.mu_dynamic = 0.3;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 
+#include "../comparators/velocity_verlet.h"
 #include "blocks.h"
 #include "haptic_core/geometry/shapes/ellipsoid.h"
 
@@ -19,7 +20,7 @@ struct SpinningEllipsoid {
   WorldDef def(double h) const {
     WorldDef def;
     def.settings.step = h;
-    def.settings.attempts = Attempts::kVerlet;
+    def.settings.comparator = comparators::velocityVerlet;
     def.settings.gravity = Vector3(0, 0, -kGravity);
     def.settings.energy_ledger = true;
     ContactMaterial& m = def.settings.default_material;

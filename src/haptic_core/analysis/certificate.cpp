@@ -11,9 +11,9 @@
 #include <utility>
 
 #include "haptic_core/analysis/linearisation.h"
+#include "haptic_core/analysis/strong_damper.h"
 #include "haptic_core/base/disjoint_sets.h"
 #include "haptic_core/base/elementary.h"
-#include "haptic_core/world/damper_limit.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/state.h"
 #include "haptic_core/world/world.h"
@@ -22,10 +22,7 @@ namespace haptic {
 namespace {
 
 constexpr double kSafe = 1 - 1e-3;     ///< the limit is given a thousandth low: differences and bisection
-constexpr double kMargin = 0.9;        ///< share of the limit that explicit steps may use: rest states move
-constexpr int kMostSubsteps = 4;       ///< an implicit step costs about as much as this many explicit ones
 constexpr double kLongest = 0.1;       ///< [s], the longest step a world may have
-constexpr double kFinerToSettle = 8;   ///< the explicit steps that point contacts settle by: below any limit worth certifying
 constexpr double kGrowthNoise = 1e-3;  ///< growth below this share of sqrt(g/size) is rounding of the differences
 
 using Matrix = Eigen::MatrixXd;
@@ -49,7 +46,7 @@ std::vector<std::vector<int>> islandsOf(const Linearisation& linear, int trees) 
 }
 
 /// Small motions of an island about rest, advanced by steps of velocity Verlet as the world takes them: strong dampers are settled contact
-/// by contact (stepping/settled_damper.h). Linear, so that whether a step is stable is whether a motion that has all modes grows.
+/// by contact (test/comparators/settled_damper.h). Linear, so that whether a step is stable is whether a motion that has all modes grows.
 class VerletMotion {
  public:
   /// K: the island's stiffness, without modes of negative stiffness, which grow whatever the step.
@@ -132,7 +129,7 @@ double largestStep(const VerletMotion& motion, double start, const std::function
 }
 
 IslandCertificate judgeIsland(const Linearisation& linear, const Model& model, const std::vector<int>& trees,
-                              const WorldSettings& settings, double step, const std::function<bool()>& goOn) {
+                              const WorldSettings& settings, const std::function<bool()>& goOn) {
   IslandCertificate island;
   const Rows rows(linear, trees);
   double lightest = 1e300, heaviest = 0, size = 0;
@@ -184,11 +181,7 @@ IslandCertificate judgeIsland(const Linearisation& linear, const Model& model, c
   if (island.growth > 0 &&
       std::all_of(trees.begin(), trees.end(), [&](int t) { return model.trees[t].model->isFreeBody(); })) {
     island.verdict = Verdict::kRefused;
-    return island;
   }
-  if (settings.attempts != Attempts::kVerlet || step <= kMargin * island.limit) return island;
-  island.substeps = static_cast<int>(std::ceil(step / (kMargin * island.limit)));
-  island.verdict = island.substeps <= kMostSubsteps ? Verdict::kSubstep : Verdict::kImplicit;
   return island;
 }
 
@@ -209,10 +202,6 @@ const char* toString(Verdict verdict) {
   switch (verdict) {
     case Verdict::kPass:
       return "PASS";
-    case Verdict::kSubstep:
-      return "SUBSTEP";
-    case Verdict::kImplicit:
-      return "IMPLICIT";
     case Verdict::kRefused:
       return "REFUSED";
   }
@@ -222,13 +211,10 @@ const char* toString(Verdict verdict) {
 Certificate certify(const WorldDef& def, double settle_s, const std::function<bool()>& goOn) try {
   WorldDef quiet = def;
   quiet.settings.attempts = Attempts::kImplicitEuler;
+  quiet.settings.comparator = nullptr;
   quiet.settings.substeps = 1;
   quiet.settings.step = 5e-3;  // dissipative, and long enough that a second costs 200 steps
   quiet.settings.energy_ledger = false;
-  if (def.settings.contact_model) {  // goes with explicit steps only
-    quiet.settings.attempts = Attempts::kVerlet;
-    quiet.settings.step = def.settings.step / def.settings.substeps / kFinerToSettle;
-  }
   World world(quiet);
   const int steps = std::max(1, static_cast<int>(std::lround(settle_s / quiet.settings.step)));
   for (int i = 0; i < steps; ++i) {
@@ -268,7 +254,7 @@ Certificate certify(const WorldDef& def, double settle_s, const std::function<bo
     certificate.pairs.push_back(pair);
   }
   for (const std::vector<int>& trees : islandsOf(linear, static_cast<int>(model.trees.size()))) {
-    certificate.islands.push_back(judgeIsland(linear, model, trees, def.settings, certificate.step, goOn));
+    certificate.islands.push_back(judgeIsland(linear, model, trees, def.settings, goOn));
     certificate.verdict = std::max(certificate.verdict, certificate.islands.back().verdict);
   }
   return certificate;
@@ -286,8 +272,7 @@ std::string Certificate::text() const {
   for (const IslandCertificate& island : islands) {
     out << "  island of " << island.links.size() << " (" << island.links.front()
         << (island.links.size() > 1 ? ", ...)" : ")") << ": " << toString(island.verdict);
-    if (island.verdict == Verdict::kSubstep) out << " " << island.substeps;
-    out << "; explicit to " << milliseconds(island.limit) << ", stiffest mode " << island.frequency
+    out << "; velocity Verlet to " << milliseconds(island.limit) << ", stiffest mode " << island.frequency
         << " rad/s, mass ratio " << island.mass_ratio;
     if (island.worst_pair >= 0) {
       const PairCertificate& pair = pairs[island.worst_pair];

@@ -1,9 +1,10 @@
-/// Where a scene is stable: stiffness, mass and largest explicit step of each contact and island, and a verdict.
+/// Where a scene is stable: stiffness, mass and, for comparison, the largest step of velocity Verlet of each contact and island; and
+/// whether it stands.
 ///
 /// About rest the equations of an island are linear: M a = -K x - D v, all its bodies coupled, lever arms and friction springs included.
 /// Without dampers velocity Verlet is stable up to h = 2/ω of the stiffest mode. A strong damper is settled contact by contact, with the
-/// masses shared among them (stepping/settled_damper.h): alone it lowers nothing, several of them do, by motions that no closed form
-/// names. So the linear step itself is taken 8000 times from a motion that has all modes, and the largest step that lets none grow is
+/// masses shared among them (test/comparators/settled_damper.h): alone it lowers nothing, several of them do, by motions that no closed
+/// form names. So the linear step itself is taken 8000 times from a motion that has all modes, and the largest step that lets none grow is
 /// found by bisection. The heave of one contact alone, h² k A = 4 m, or h² k A + 4 h b A = 4 m where its damper is weak, may be unsafe by a
 /// factor of 2.6. A negative eigenvalue of K is no matter of the step: the scene buckles or topples under its own weight.
 ///
@@ -18,14 +19,12 @@
 
 namespace haptic {
 
-/// Measure that makes a contact, an island or a scene stable.
+/// Whether an island or a scene stands.
 enum class Verdict : unsigned char {
-  kPass,      ///< the step holds: it is short enough, or implicit attempts take it
-  kSubstep,   ///< explicit, with `substeps` per step
-  kImplicit,  ///< explicit would need more substeps than the implicit step costs
+  kPass,      ///< it stands
   kRefused    ///< no step helps: free bodies that buckle or topple under their own weight
 };
-const char* toString(Verdict verdict);  ///< PASS, SUBSTEP, IMPLICIT or REFUSED
+const char* toString(Verdict verdict);  ///< PASS or REFUSED
 
 /// Stability of one contact, with the stiffness and mass that decide it.
 struct PairCertificate {
@@ -35,17 +34,16 @@ struct PairCertificate {
   double heave_limit = 0;     ///< largest step of this contact alone, in heave [s]
 };
 
-/// Stability of one island: its largest explicit step, and a verdict.
+/// Stability of one island: its largest step of velocity Verlet, and a verdict.
 struct IslandCertificate {
   std::vector<std::string> links;  ///< their names
   int degrees = 0;                 ///< of freedom
-  double limit = 0;           ///< largest stable explicit step, coupled [s]; infinite without stiffness
+  double limit = 0;           ///< largest stable step of velocity Verlet, coupled [s]; infinite without stiffness
   double frequency = 0;       ///< of the stiffest undamped mode [rad/s]
   double mass_ratio = 1;      ///< heaviest to lightest
   double growth = 0;          ///< [1/s] of buckling or toppling; 0: none
   int worst_pair = -1;        ///< index into `pairs`: most energy of the stiffest mode
   Verdict verdict = Verdict::kPass;  ///< of the island
-  int substeps = 1;                  ///< that make its explicit steps stable; 1 unless kSubstep
 };
 
 /// Whether a scene is stable at its step: verdicts on every contact and island.

@@ -62,7 +62,7 @@ RestingDepths settle(const WorldDef& def, int steps, double at_rest) {
 RestingDepths restingDepths(const WorldDef& def, int steps, double at_rest) {
   WorldDef quiet = def;
   quiet.settings.attempts = Attempts::kImplicitEuler;
-  quiet.settings.contact_model = nullptr;
+  quiet.settings.comparator = nullptr;
   quiet.settings.substeps = 1;
   quiet.settings.step = kSettleStep;
   quiet.settings.energy_ledger = false;

@@ -100,8 +100,6 @@ struct FrictionMemory {
   double sliding = 0;                 ///< 1: slides, μ holds; 0: stuck, μ0 holds
   double touching = 0;                ///< 1: overlapped at the last evaluation
   double began = 0;                   ///< 1: that was the first; `kStillBegins`: of an implicit step, the second
-  ContactPower power;                 ///< [W]
-  ContactPower power_rate;            ///< of the same wrench while the bodies speed up [W/s]; explicit steps with a ledger
   double energy = 0;                  ///< in the tangential springs [J]
   double elastic_energy = 0;          ///< ½ k ∫d² dA [J]
 
@@ -109,7 +107,7 @@ struct FrictionMemory {
   static void eachField(Self& s, Visit&& visit) {
     visit(s.anchor), visit(s.normal_A), visit(s.slip_M), visit(s.rate_M), visit(s.force_M);
     visit(s.twist), visit(s.spin), visit(s.torque), visit(s.load), visit(s.area), visit(s.torsion);
-    visit(s.sliding), visit(s.touching), visit(s.began), visit(s.power), visit(s.power_rate);
+    visit(s.sliding), visit(s.touching), visit(s.began);
     visit(s.energy), visit(s.elastic_energy);
   }
 };

@@ -129,7 +129,6 @@ LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, Contac
   next.sliding = friction.sliding ? 1 : 0;
   next.touching = 1;
   next.began = 1 - memory.touching;
-  next.power = contactPower(out.F_BP_P, out.elastic(), V);
   next.energy = 0.5 * kt * (A0 * friction.slip.squaredNorm() + J * friction.twist * friction.twist);
   return out;
 }

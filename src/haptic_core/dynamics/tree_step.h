@@ -1,4 +1,4 @@
-/// The explicit steps of one articulation, cut where a world evaluates contacts: one call for free bodies, trees and
+/// Velocity Verlet of one articulation, cut where a world evaluates wrenches: one call for free bodies, trees and
 /// trees whose joints have laws. A free body takes its short way inside, with no look at joints.
 ///
 /// Velocity Verlet: `startVerlet` with the pull of the last evaluation; the caller adds wrenches at the new q and the

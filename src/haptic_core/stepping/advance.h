@@ -1,5 +1,5 @@
 /// The rule of a step: hands and all that they lead first, then every island in its way (island_solve.h). A world in which nothing can
-/// touch or pull flows as a whole; Attempts::kVerlet steps all by velocity Verlet.
+/// touch or pull flows as a whole; a comparator steps whole worlds.
 #pragma once
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "haptic_core/stepping/explicit_contacts.h"
-#include "haptic_core/stepping/explicit_step.h"
 #include "haptic_core/stepping/island_solve.h"
 #include "haptic_core/stepping/own_rate.h"
 #include "haptic_core/stepping/turns.h"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "haptic_core/stepping/explicit_step.h"
+#include "haptic_core/stepping/flow.h"
 #include "haptic_core/stepping/standing_islands.h"
 #include "haptic_core/world/link_forces.h"
 
@@ -73,14 +73,14 @@ void meet(const Model& model, const Island& island, State& state, Work& work) no
     if (touched) continue;
     pair.friction = found.force.memory;
     pair.friction.began = 0;
-    pair.friction.elastic_energy = elasticEnergy(model, found.volume, found.law.material.stiffness, work.contacts.workspace);
+    pair.friction.elastic_energy = elasticEnergy(found.volume, found.law.material.stiffness, work.contacts.workspace);
   }
 }
 
 /// The island's trees go on by themselves, unless that has something touch at the end: then nothing is done.
 bool flows(const Model& model, const Island& island, double h, State& state, Work& work, StepReport& report) noexcept {
   if (!isLeftAlone(model, island, state)) return false;
-  ExplicitWork& motion = work.motion;
+  FlowWork& motion = work.motion;
   const EnergySums energy = state.energy;
   const auto eachTree = [&](auto&& act) {
     for (int n = 0; n < island.tree_count; ++n) act(island.trees[n], model.trees[island.trees[n]]);

@@ -140,7 +140,7 @@ void StageContacts::evaluatePair(int index) noexcept {
   contact.X_WP = found.X_WP;
   contact.force = found.force;
   const double k = found.law.material.stiffness;
-  contact.elastic = elasticEnergy(model_, found.volume, k, workspace_);
+  contact.elastic = elasticEnergy(found.volume, k, workspace_);
   if (known) before_ = frozen;
   frozen.link_a = model_.shapes[shape_a].link;
   frozen.link_b = model_.shapes[shape_b].link;

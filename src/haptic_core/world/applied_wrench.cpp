@@ -22,15 +22,6 @@ bool anyWrench(const Model& model, const State& state, int tree) noexcept {
   return false;
 }
 
-void pushExplicit(const State& state, const HandWork& hands, Placement& placement) noexcept {
-  for (int i = 0; i < state.wrench_count; ++i) {
-    const AppliedWrench& applied = state.wrenches[i];
-    if (hands.held_by[applied.link] >= 0) continue;
-    LinkWork& pushed = placement.link[applied.link];
-    pushed.addWrench(wrenchInWorld(applied.wrench, pushed), pushed.X_WL * applied.wrench.p_L);
-  }
-}
-
 void noteWrenches(const State& state, const Placement& placement, WrenchWork& work) noexcept {
   for (int i = 0; i < state.wrench_count; ++i) {
     const LinkWork& link = placement.link[state.wrenches[i].link];

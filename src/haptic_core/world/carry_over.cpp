@@ -4,7 +4,6 @@
 #include <string>
 
 #include "haptic_core/base/error.h"
-#include "haptic_core/stepping/explicit_step.h"
 #include "haptic_core/world/initial_overlap.h"
 #include "haptic_core/world/led_motion.h"
 #include "haptic_core/world/link_forces.h"
@@ -103,7 +102,7 @@ void carryTree(const ModelTree& old, const ModelTree& tree, int was, int is, con
   const int nq = tree.model->nq(), nv = tree.model->nv();
   std::copy_n(from.q.begin() + old.q, nq, to.q.begin() + tree.q);
   const auto carry = [&](const std::vector<double>& a, std::vector<double>& b) { std::copy_n(a.begin() + old.v, nv, b.begin() + tree.v); };
-  carry(from.v, to.v), carry(from.pull, to.pull), carry(from.a_end, to.a_end), carry(from.a_mean, to.a_mean), carry(from.v_mean, to.v_mean);
+  carry(from.v, to.v), carry(from.a_end, to.a_end), carry(from.a_mean, to.a_mean), carry(from.v_mean, to.v_mean);
   to.mode[is] = from.mode[was];
   to.last_step[is] = from.last_step[was];
   to.calm[is] = from.calm[was];
@@ -125,7 +124,7 @@ void carryPairs(CarryOver& map, const State& from, const Model& model, State& to
     for (const int shape : {a, b}) {
       if (shape < 0) continue;
       map.stirred[model.treeOf(shape)] = 1;
-      stepping::forgetPull(to, model.treeOf(shape));
+      to.beginAnew(model.treeOf(shape));
     }
   }
 }
@@ -142,18 +141,6 @@ void carryContacts(CarryOver& map, const Report& from, Report& to) noexcept {
     const bool stays = contact.shape_a >= 0 && contact.shape_b >= 0;
     map.contact[i] = stays ? to.contacts.size() : -1;
     if (stays) to.contacts.push_back(contact);
-  }
-}
-
-/// Gravity alone pulls at a body that comes without a pair or a force element. It needs no look at anybody's forces, which would begin
-/// those anew.
-void primeLoneComers(const CarryOver& map, const Model& model, State& state, Work& work) noexcept {
-  for (const int t : map.coming) {
-    const auto has = [&](const ActivePair& pair) { return model.treeOf(pair.shapeA()) == t || model.treeOf(pair.shapeB()) == t; };
-    const bool alone = std::none_of(state.pairs.begin(), state.pairs.begin() + state.pair_count, has);
-    if (!alone || hasForces(model, t) || state.mode[t] != TreeMode::kUnprimed || model.trees[t].model->isStatic()) continue;
-    stepping::keepPull(model, model.trees[t], state, work);
-    state.mode[t] = TreeMode::kPrimed;
   }
 }
 
@@ -223,14 +210,13 @@ void carryOver(CarryOver& map, const State& from, const Work& old_work, const Re
   carryPairs(map, from, model, state);
   for (const int t : map.pulled) {
     map.stirred[t] = 1;
-    stepping::forgetPull(state, t);
+    state.beginAnew(t);
   }
   carryContacts(map, old_report, report);
   work.standing.carryOver(old_work.standing, map.tree, map.contact, map.stirred);
   refreshHands(model, state, work.hands);
   placeTrees(model, work.visits.trees, state, work.placement);
   for (const int t : map.coming) findBuried(model, t, state, work);
-  primeLoneComers(map, model, state, work);
   renewSupply(model, work, state);
 }
 

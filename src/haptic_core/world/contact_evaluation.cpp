@@ -26,17 +26,22 @@ PairLaw lawOf(const Model& model, const ContactPlaces& places, int a, int b) noe
   return law;
 }
 
-bool locateContact(const Model& model, Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
-                   ContactWorkspace& workspace, ContactEvaluation& out) noexcept {
+bool findVolume(const Model& model, Seams& seams, int index, ActivePair& pair, const Pose* X_WS, ContactWorkspace& workspace,
+                ContactEvaluation& out) noexcept {
   const int a = pair.shapeA(), b = pair.shapeB();
   const ModelShape &A = model.shapes[a], &B = model.shapes[b];
-  out.X_AB = relativePose(places.X_WS[a], places.X_WS[b]);
-  const bool flush = seams.locate(index, pair, places.X_WS[a], out.X_AB, workspace, out.volume);
+  out.X_AB = relativePose(X_WS[a], X_WS[b]);
+  const bool flush = seams.locate(index, pair, X_WS[a], out.X_AB, workspace, out.volume);
   if (out.volume.status != ContactVolume::Status::kOverlap) return false;
   if (flush) {  // joined parts: n is that of the surface that goes on from piece to piece
     out.volume.turns_with_b = A.surface.empty() ? 1 : B.surface.empty() ? 0 : 0.5;
   }
-  if (model.settings.contact_model) model.settings.contact_model(*A.shape, *B.shape, workspace, out.volume);
+  return true;
+}
+
+void placeContact(const Model& model, const ActivePair& pair, const ContactPlaces& places, ContactEvaluation& out) noexcept {
+  const int a = pair.shapeA(), b = pair.shapeB();
+  const ModelShape &A = model.shapes[a], &B = model.shapes[b];
   out.X_WP = places.X_WS[a] * out.volume.X_AP;
   const LinkWork &link_a = places.link[A.link], &link_b = places.link[B.link];
   out.V_AB_P = (link_b.twistAt(out.X_WP.p) - link_a.twistAt(out.X_WP.p)).rotated(out.X_WP.R.transpose());
@@ -50,6 +55,12 @@ bool locateContact(const Model& model, Seams& seams, int index, ActivePair& pair
     const Vector3 arm_W = out.X_WP.p - places.link[link].X_WL.p;
     boundLaw(places.bound[places.held_by[link]], model.settings.step, pair.friction, places.X_WS[a].R, arm_W, out.volume, out.law);
   }
+}
+
+bool locateContact(const Model& model, Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
+                   ContactWorkspace& workspace, ContactEvaluation& out) noexcept {
+  if (!findVolume(model, seams, index, pair, places.X_WS, workspace, out)) return false;
+  placeContact(model, pair, places, out);
   return true;
 }
 
@@ -63,9 +74,8 @@ bool evaluateContact(const Model& model, Seams& seams, int index, ActivePair& pa
   return true;
 }
 
-double elasticEnergy(const Model& model, const ContactVolume& volume, double stiffness, ContactWorkspace& workspace) noexcept {
-  const double square = model.settings.contact_model ? volume.volume * volume.depth : thicknessSquared(workspace, volume);
-  return 0.5 * stiffness * square;
+double elasticEnergy(const ContactVolume& volume, double stiffness, ContactWorkspace& workspace) noexcept {
+  return 0.5 * stiffness * thicknessSquared(workspace, volume);
 }
 
 ContactReport reportOf(const Model& model, const ActivePair& pair, const ContactVolume& volume, const Pose& X_WP,

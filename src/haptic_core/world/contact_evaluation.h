@@ -2,8 +2,8 @@
 ///
 ///     volume of intersection → patch frame P → law of the pair → pressure and friction over the patch
 ///
-/// Explicit and implicit steps, certificate and error estimate all come here, so that the certified contact is the one that runs: joined
-/// pieces, the rule of the normal, the point model, the recovery of bodies that started deep inside.
+/// Steps, certificate and error estimate all come here, so that the certified contact is the one that runs: joined
+/// pieces, the rule of the normal, the recovery of bodies that started deep inside.
 #pragma once
 #include "haptic_core/contact/located_force.h"
 #include "haptic_core/dynamics/kinematics.h"
@@ -42,8 +42,15 @@ PairLaw lawOf(const Model& model, const ContactPlaces& places, int a, int b) noe
 /// (in realtime) How belts carry B's surface over its shape less A's, in the plane of the patch, in P's axes.
 Twist beltTwist(const Model& model, int shape_a, int shape_b, const LinkWork* link, const Pose& X_WP) noexcept;
 
-/// (in realtime) Everything but the force. False: the shapes do not overlap; `out` then holds the status alone.
+/// (in realtime) The volume alone, with X_AB. False: the shapes do not overlap; `out` then holds the status alone.
 /// `seams` knows the pair by its `index` in the state; the pair's cache advances. `workspace` holds V.
+bool findVolume(const Model& model, Seams& seams, int index, ActivePair& pair, const Pose* X_WS, ContactWorkspace& workspace,
+                ContactEvaluation& out) noexcept;
+
+/// (in realtime) Frame, twist and law of a volume that was found.
+void placeContact(const Model& model, const ActivePair& pair, const ContactPlaces& places, ContactEvaluation& out) noexcept;
+
+/// (in realtime) Everything but the force: both of these.
 bool locateContact(const Model& model, Seams& seams, int index, ActivePair& pair, const ContactPlaces& places,
                    ContactWorkspace& workspace, ContactEvaluation& out) noexcept;
 
@@ -53,7 +60,7 @@ bool evaluateContact(const Model& model, Seams& seams, int index, ActivePair& pa
                      ContactEvaluation& out) noexcept;
 
 /// (in realtime) ½ k ∫d² dA [J] of the contact whose V the workspace holds.
-double elasticEnergy(const Model& model, const ContactVolume& volume, double stiffness, ContactWorkspace& workspace) noexcept;
+double elasticEnergy(const ContactVolume& volume, double stiffness, ContactWorkspace& workspace) noexcept;
 
 /// (in realtime) The report of a contact.
 ContactReport reportOf(const Model& model, const ActivePair& pair, const ContactVolume& volume, const Pose& X_WP,

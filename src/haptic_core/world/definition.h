@@ -14,6 +14,7 @@
 #include "haptic_core/dynamics/ring.h"
 #include "haptic_core/geometry/volume/contact_volume.h"
 #include "haptic_core/world/attempts.h"
+#include "haptic_core/world/comparator.h"
 #include "haptic_core/world/sensor_def.h"
 
 namespace haptic {
@@ -183,8 +184,8 @@ struct PointerDef {
   }
 };
 
-/// (in realtime) Makes another contact of the volume of two shapes before a law sees it: a patch without extent, the workspace empty.
-using ContactModel = void (*)(const ConvexShape& A, const ConvexShape& B, ContactWorkspace& workspace, ContactVolume& contact) noexcept;
+/// Set-up of another way to step worlds of a model (world/comparator.h).
+using MakeComparator = std::unique_ptr<Comparator> (*)(const Model& model);
 
 /// Step, gravity and methods of a world.
 struct WorldSettings {
@@ -206,13 +207,13 @@ struct WorldSettings {
 
   // For tests, benches and the report, which compare the one method with others. No file of a scene and no binding reaches them.
   Attempts attempts = Attempts::kAll;                  ///< that a step is chosen from, island by island
-  ContactModel contact_model = nullptr;                ///< null: the contact volume. Others go with velocity Verlet alone
+  MakeComparator comparator = nullptr;                 ///< null: the attempts above
   bool torsional_friction = true;                      ///< false: patches resist sliding, not spinning (an ideal pivot)
   bool leave_out = true;                               ///< false: the general pipeline; bit-identical
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    // Neither the history nor leaving out changes a bit, and no file knows another contact model.
+    // Neither the history nor leaving out changes a bit, and no file knows a comparator.
     visit(s.step), visit(s.substeps), visit(s.gravity), visit(s.attempts), visit(s.pressure_law), visit(s.torsional_friction);
     visit(s.energy_ledger), visit(s.default_material), visit(s.tolerance), visit(s.accuracy), visit(s.far_step);
   }

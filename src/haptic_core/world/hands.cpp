@@ -174,21 +174,6 @@ Wrench couplingForce(const PointerCoupling& c, const Vector3& p_WT, const Quater
           m.stiffness * (p_WT - link.X_WL.p) + m.damping * (V_WT.linear - V.linear)};
 }
 
-void pullCoupled(const Model& model, const StepPart& part, bool advances, State& state, HandWork& hands,
-                 Placement& placement) noexcept {
-  for (const int i : hands.acting) {
-    const PointerState& pointer = state.pointers[i];
-    if (model.holds(i)) continue;
-    LinkWork& link = placement.link[pointer.link];
-    const HeldGoal& goal = hands.goal[i];
-    const Wrench F_W = couplingForce(hands.coupling[i], goal.p_WL, goal.q_WL, goal.V_WL, link);
-    link.addWrench(F_W, link.X_WL.p);
-    if (!advances) continue;
-    if (hands.held_by[pointer.link] < 0) state.energy.external += part.h * power(F_W, link.twistAtOrigin());
-    hands.wrench[i] += -(F_W * part.share);
-  }
-}
-
 void collectHeld(const Model& model, const StepPart& part, State& state, HandWork& hands,
                  const Placement& placement) noexcept {
   for (const int i : hands.acting) {

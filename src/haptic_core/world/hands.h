@@ -90,12 +90,6 @@ CouplingMatrices matricesOf(const PointerCoupling& coupling, const Matrix3& R_WL
 Wrench couplingForce(const PointerCoupling& coupling, const Vector3& p_WT, const Quaternion& q_WT, const Twist& V_WT,
                      const LinkWork& link) noexcept;
 
-/// (in realtime) Virtual couplings pull at their links. With `advances` false, the force of the
-/// moment alone: nothing is booked, nothing goes to the hand. Of a link that another hand holds nothing is booked either: its
-/// energy is that hand's.
-void pullCoupled(const Model& model, const StepPart& part, bool advances, State& state, HandWork& hands,
-                 Placement& placement) noexcept;
-
 /// (in realtime) Wrenches on a held link go to its hand. Each contact books the hand's supply (ledger.h); without a ledger
 /// it is estimated here, so that pushed bodies are not taken for a runaway.
 void collectHeld(const Model& model, const StepPart& part, State& state, HandWork& hands,

@@ -6,188 +6,48 @@
 namespace haptic {
 namespace {
 
-/// Who moves a link, and so by which velocities a contact takes from it.
-enum class Mover : unsigned char { kHand, kKicks, kLaws };
-
-Mover moverOf(const LedgerView& view, int link) noexcept {
-  if (view.hands.held_by[link] >= 0) return Mover::kHand;
-  return view.model.trees[view.model.links[link].articulation].has_laws ? Mover::kLaws : Mover::kKicks;
-}
-
-bool involves(const LedgerView& view, Mover mover, const ActivePair& pair) noexcept {
-  return moverOf(view, view.model.shapes[pair.shapeA()].link) == mover ||
-         moverOf(view, view.model.shapes[pair.shapeB()].link) == mover;
-}
-
-/// What `of` says of the pair's links that `mover` moves, B's less A's, in P's axes.
+/// B's relative to A's, of what `of` says of a link, in P's axes.
 template <class Of>
-Twist relative(const LedgerView& view, Mover mover, const ActivePair& pair, const Pose& X_WP,
-               Of&& of) noexcept {
-  const int a = view.model.shapes[pair.shapeA()].link, b = view.model.shapes[pair.shapeB()].link;
-  Twist V_W;
-  if (moverOf(view, b) == mover) V_W = of(b);
-  if (moverOf(view, a) == mover) V_W = V_W - of(a);
-  return V_W.rotated(X_WP.R.transpose());
-}
-
-/// Of B relative to A at P, in P's axes, by `mover` alone, at the velocities in the placement.
-Twist twistBy(const LedgerView& view, Mover mover, const ActivePair& pair, const Pose& X_WP) noexcept {
-  return relative(view, mover, pair, X_WP,
-                  [&](int link) { return view.placement.link[link].twistAt(X_WP.p); });
+Twist relative(const Model& model, const ActivePair& pair, const Pose& X_WP, Of&& of) noexcept {
+  const int a = model.shapes[pair.shapeA()].link, b = model.shapes[pair.shapeB()].link;
+  return (of(b) - of(a)).rotated(X_WP.R.transpose());
 }
 
 /// How hands and belts moved B's surface relative to A's at P in this part, in P's axes [rad], [m]. `share`: of that motion of hands
 /// that is over at P.
 Twist led(const LedgerView& view, double h, const ActivePair& pair, const Pose& X_WP, double share) noexcept {
   const Twist belt = beltTwist(view.model, pair.shapeA(), pair.shapeB(), view.placement.link.data(), X_WP);
-  return relative(view, Mover::kHand, pair, X_WP, [&](int link) {
-    const Twist& moved = view.hands.moved[view.hands.held_by[link]];
+  return relative(view.model, pair, X_WP, [&](int link) {
+    const int lead = view.hands.held_by[link];
+    if (lead < 0) return Twist{};
+    const Twist& moved = view.hands.moved[lead];
     return moved.shifted(X_WP.p - (view.placement.link[link].X_WL.p - (1 - share) * moved.linear));
   }) + Twist{h * belt.angular, h * belt.linear};
 }
 
-/// Something works on the pair that is no body of the world: a lead, or a belt.
-bool isSupplied(const LedgerView& view, const ActivePair& pair) noexcept {
-  const auto runs = [&](int shape) { return view.model.shapes[shape].belt.moves(); };
-  return involves(view, Mover::kHand, pair) || (view.model.has_belts && (runs(pair.shapeA()) || runs(pair.shapeB())));
-}
-
-/// Of the trees that kicks move.
-void setVelocities(const LedgerView& view, const std::vector<double>& v) noexcept {
-  if (view.model.implicit_steps) return;
-  for (const ModelTree* tree : view.hands.movers) {
-    forwardVelocities(*tree->model, v.data() + tree->v, view.placement.link.data() + tree->link);
-  }
-}
-
-/// The power of each contact's springs and dampers on what kicks move, and its rate towards `v_ahead`; leaves
-/// that in the placement.
-void measurePowers(const LedgerView& view, double h, const std::vector<double>& v_ahead,
-                   BookedContacts& contacts, State& state) noexcept {
-  for (BookedContact& contact : contacts) {
-    contact.V_AB_P = twistBy(view, Mover::kKicks, state.pairs[contact.pair], contact.X_WP);
-  }
-  setVelocities(view, v_ahead);
-  for (const BookedContact& contact : contacts) {
-    if (contact.parted) continue;
-    ActivePair& pair = state.pairs[contact.pair];
-    const Twist gained = twistBy(view, Mover::kKicks, pair, contact.X_WP) - contact.V_AB_P;
-    pair.friction.power = contactPower(contact.F_BP_P, contact.elastic_P, contact.V_AB_P);
-    pair.friction.power_rate = contactPower(contact.F_BP_P, contact.elastic_P, gained) * (2 / h);
-  }
-}
-
-/// Energy that the impulses of a contact took from kicked bodies: half a kick by the last force, half of one and
-/// events by the new.
-ContactPower fromKicks(const LedgerView& view, double h, const BookedContact& contact,
-                       const State& state) noexcept {
-  const Twist V = twistBy(view, Mover::kKicks, state.pairs[contact.pair], contact.X_WP) + contact.V_AB_P;
-  const ContactPower second = contactPower(contact.F_BP_P * (h / 2) + contact.J_BP_P,
-                                           contact.elastic_P * (h / 2) + contact.elastic_impulse_P, V);
-  return contact.before.power * (h / 2) + contact.before.power_rate * (h * h / 8) + second * 0.5;
-}
-
-/// Power of the force of the last evaluation at a twist, in P's axes, or along a way.
-ContactPower byLast(const ReleaseMemory& last, const Twist& V_AB_P) noexcept {
-  const Matrix3 R_PW = last.X_WP.R.transpose();
-  return contactPower(last.F_BP_W.rotated(R_PW), last.elastic_W.rotated(R_PW), V_AB_P);
-}
-
-/// Energy that they took from joints with laws, which the last force has pulled at over the whole step. Events pull
-/// in the next one: they are booked at the velocities of this.
-ContactPower fromLaws(const LedgerView& view, double h, const BookedContact& contact,
-                      const State& state) noexcept {
-  const ActivePair& pair = state.pairs[contact.pair];
-  const Twist V = twistBy(view, Mover::kLaws, pair, contact.X_WP);
-  const ContactPower events = contactPower(contact.J_BP_P, contact.elastic_impulse_P, V);
-  if (contact.before.touching == 0) return events;
-  return byLast(contact.last, twistBy(view, Mover::kLaws, pair, contact.last.X_WP)) * h + events;
-}
-
-/// Energy that the mean wrench of the step took from hands along their way: by the trapezoidal rule, corrected for
-/// events.
-ContactPower fromHands(const LedgerView& view, double h, const BookedContact& contact,
-                       const State& state) noexcept {
-  const ActivePair& pair = state.pairs[contact.pair];
-  const Wrench F_P = contact.F_BP_P * 0.5 + contact.J_BP_P * (1 / h);
-  const Wrench elastic_P = contact.elastic_P * 0.5 + contact.elastic_impulse_P * (1 / h);
-  const Twist moved = led(view, h, pair, contact.X_WP, contact.parted ? 0 : 1);
-  const ContactPower now = contactPower(F_P, elastic_P, moved);
-  if (contact.before.touching == 0) return now;
-  return byLast(contact.last, led(view, h, pair, contact.last.X_WP, 0)) * 0.5 + now;
-}
-
-/// Adds the energy that the contact took from hands, which they supplied.
-void supply(const ContactPower& from_hands, ContactPower& taken, EnergySums& sums) noexcept {
-  sums.external += from_hands.elastic + from_hands.damping + from_hands.friction;
-  taken = taken + from_hands;
-}
-
-void book(const BookedContact& contact, const ContactPower& taken, State& state) noexcept {
-  const ActivePair& pair = state.pairs[contact.pair];
-  const FrictionMemory& now = pair.friction;
-  const double friction = taken.friction - (now.energy - contact.before.energy);
-  state.energy.friction += contact.sticking ? 0.0 : friction;
-  const double beyond = taken.elastic - (now.elastic_energy - contact.before.elastic_energy);
-  state.energy.bookPressure(taken.damping + (contact.sticking ? friction : 0.0), beyond, contact.before, now,
-                            pair.buried);
+/// Energy that a led contact's force took along a way, by causes.
+ContactPower alongWay(const LedForce& force, const Twist& way_P, const Matrix3& R_PW) noexcept {
+  return contactPower(force.F_W.rotated(R_PW), force.elastic_W.rotated(R_PW), way_P);
 }
 
 }  // namespace
 
-void noteContact(int index, const ActivePair& pair, const ContactEvaluation& c,
-                 BookedContacts& contacts) noexcept {
-  BookedContact contact;
-  contact.pair = index;
-  contact.X_WP = c.X_WP;
-  contact.F_BP_P = c.force.F_BP_P;
-  contact.elastic_P = c.force.elastic();
-  contact.J_BP_P = c.force.impulse_P;
-  contact.elastic_impulse_P = c.force.elastic_impulse_P;
-  contact.sticking = c.force.sticking;
-  contact.before = pair.friction;
-  contact.last = pair.release;
-  contacts.push_back(contact);
-}
-
-void noteRelease(int index, const ActivePair& pair, double time, BookedContacts& contacts) noexcept {
-  const Matrix3 R_PW = pair.release.X_WP.R.transpose();
-  BookedContact contact;
-  contact.pair = index;
-  contact.X_WP = pair.release.X_WP;
-  contact.J_BP_P = pair.release.F_BP_W.rotated(R_PW) * time;
-  contact.elastic_impulse_P = pair.release.elastic_W.rotated(R_PW) * time;
-  contact.sticking = pair.friction.sliding == 0;
-  contact.parted = true;
-  contact.before = pair.friction;
-  contact.last = pair.release;
-  contacts.push_back(contact);
-}
-
-void bookVerlet(const LedgerView& view, double h, const std::vector<double>& v_half,
-                const std::vector<double>& v_ahead, BookedContacts& contacts, State& state) noexcept {
-  if (contacts.empty()) return;
-  measurePowers(view, h, v_ahead, contacts, state);
-  setVelocities(view, v_half);
-  for (const BookedContact& contact : contacts) {
-    const ActivePair& pair = state.pairs[contact.pair];
-    ContactPower taken = fromKicks(view, h, contact, state);
-    if (involves(view, Mover::kLaws, pair)) taken = taken + fromLaws(view, h, contact, state);
-    if (isSupplied(view, pair)) supply(fromHands(view, h, contact, state), taken, state.energy);
-    book(contact, taken, state);
+void bookLed(const LedgerView& view, double h, const ActivePair& pair, const FrictionMemory& before, const LedForce& last,
+             const Pose& X_WP, State& state) noexcept {
+  const Matrix3 R_PW = X_WP.R.transpose();
+  ContactPower taken;
+  if (pair.friction.touching != 0) taken = alongWay(pair.led, led(view, h, pair, X_WP, 1), R_PW) * 0.5;
+  if (before.touching != 0) {
+    const Pose X_WLast(X_WP.R, last.p_W);
+    taken = taken + alongWay(last, led(view, h, pair, X_WLast, 0), R_PW) * 0.5;
   }
-  setVelocities(view, state.v);
-}
-
-void notePowers(const LedgerView& view, double h, const std::vector<double>& v_ahead,
-                BookedContacts& contacts, State& state) noexcept {
-  measurePowers(view, h, v_ahead, contacts, state);
-  setVelocities(view, state.v);
-}
-
-void bookRelease(const FrictionMemory& last, EnergySums& sums) noexcept {
-  (last.sliding != 0 ? sums.friction : sums.damping) += last.energy;
-  sums.bookTurning(last.elastic_energy, last, FrictionMemory{});
+  state.energy.external += taken.elastic + taken.damping + taken.friction;
+  const FrictionMemory& now = pair.friction;
+  const bool sticking = (now.touching != 0 ? now : before).sliding == 0;
+  const double friction = taken.friction - (now.energy - before.energy);
+  const double beyond = taken.elastic - (now.elastic_energy - before.elastic_energy);
+  if (!sticking) state.energy.friction += friction;
+  state.energy.bookPressure(taken.damping + (sticking ? friction : 0.0), beyond, before, now, pair.buried);
 }
 
 namespace {

@@ -1,18 +1,13 @@
 /// The energy ledger: where the energy is, where it went. An observer: given wrenches, twists and memories, it books; no
 /// stage of the step reads its books.
 ///
-/// A contact takes from its bodies the work of its impulses: impulse times the mean of the velocities before and
-/// after, which is the bodies' loss, to rounding, however much one step stops them. Velocity Verlet kicks twice
-/// between two evaluations: with the last force (its work is known from that evaluation's power and the power's rate) and
-/// with the new one. Trees whose joints have laws are pulled at by the last force alone, over the whole step. Energy that the bodies
+/// A contact takes from its bodies the work of its impulses: impulse times the mean of the velocities before and after, which is the
+/// bodies' loss, to rounding, however much one step stops them (stepping/step_books.h). Energy that the bodies
 /// lost to the springs and the springs did not gain is dissipated; for the normal springs the difference is named
 /// `turning`, for k Vol n has no potential while n turns.
 ///
-/// A hand that prescribes the motion of a link supplies the energy that the link's contacts take from it: their mean wrench over the
-/// step, as they report it, times the way that the link was led. Each contact books this once, as taken from the hand and as
-/// supplied by it: a supply that is summed up apart, with the force of another instant, would be energy from nothing. Velocity
-/// Verlet's mean is the trapezoidal rule, which also springs follow, to the third power of the way; with implicit
-/// Euler a hand supplies no less than springs gain.
+/// A hand that prescribes the motion of a link supplies the energy that the link's contacts take from it. Of a contact in which nothing
+/// moves by itself that is the mean of its force at both ends times the way that it was led: of second order, as springs are.
 #pragma once
 #include <vector>
 
@@ -27,21 +22,6 @@
 #include "haptic_core/world/visits.h"
 
 namespace haptic {
-
-/// An explicit contact until its work is booked.
-struct BookedContact {
-  int pair = -1;  ///< index in the state's pairs
-  Pose X_WP;      ///< of the patch
-  /// Force at the evaluation; impulse beside it.
-  Wrench F_BP_P, J_BP_P;                ///< force, and the impulse that corrects it, see LocatedForce
-  Wrench elastic_P, elastic_impulse_P;  ///< of these the spring's
-  bool sticking = false;                ///< friction held it
-  bool parted = false;                  ///< it ended within the step: no force, and the patch is the last one
-  FrictionMemory before;                ///< at the last evaluation
-  ReleaseMemory last;                   ///< likewise
-  Twist V_AB_P;                         ///< at the end of the step, of what kicks move
-};
-using BookedContacts = LoadedVector<BookedContact>;  ///< explicit contacts of one step
 
 /// Energies by tree, so that what sleeps is not summed anew. Pairs count with A's tree, or with B's where A's never moves.
 struct LedgerSums {
@@ -61,22 +41,10 @@ struct LedgerView {
   LedgerSums& sums;      ///< of energies
 };
 
-/// (in realtime) Keeps a contact until its work is booked, when the velocities at the end are known. `pair`: the state's at `index`, as
-/// the last evaluation left it.
-void noteContact(int index, const ActivePair& pair, const ContactEvaluation& contact, BookedContacts& contacts) noexcept;
-/// (in realtime) A contact that parted inside a step of velocity Verlet: its last force times `time` corrects the kick [s].
-void noteRelease(int index, const ActivePair& pair, double time, BookedContacts& contacts) noexcept;
-
-/// (in realtime) After a step of velocity Verlet, the placement at its end. v_half: between the kicks, of joints with laws the
-/// mean over the step; v_ahead: after the next half kick. Leaves in the memories what that half kick will do.
-void bookVerlet(const LedgerView& view, double h, const std::vector<double>& v_half, const std::vector<double>& v_ahead,
-                BookedContacts& contacts, State& state) noexcept;
-/// The last part of it alone: at the first step, where nothing was done before.
-void notePowers(const LedgerView& view, double h, const std::vector<double>& v_ahead, BookedContacts& contacts,
-                State& state) noexcept;
-
-/// (in realtime) The energy of a contact that parted, where no kick is to be corrected.
-void bookRelease(const FrictionMemory& last, EnergySums& sums) noexcept;
+/// (in realtime) A contact in which nothing moves by itself, over a part of h [s]: as it was before, and as the pair has it now. Hands and
+/// belts supply all that it takes. X_WP: of the patch.
+void bookLed(const LedgerView& view, double h, const ActivePair& pair, const FrictionMemory& before, const LedForce& last,
+             const Pose& X_WP, State& state) noexcept;
 
 /// Of what moves by itself [J].
 struct MechanicalEnergy {

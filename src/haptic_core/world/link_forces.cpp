@@ -11,12 +11,6 @@ auto movesOf(const Model& model, const HandWork& hands) {
   return [&model, &hands](int tree) { return hands.movesByItself(model.trees[tree]); };
 }
 
-/// Displacement of a led link's point that is now at p_W [m, rad]; zero where it is not led.
-Twist ledWay(const HandWork& hands, const Placement& placement, int link, const Vector3& p_W) {
-  const int lead = link >= 0 ? hands.held_by[link] : -1;
-  return lead < 0 ? Twist{} : hands.moved[lead].shifted(p_W - placement.link[link].X_WL.p);
-}
-
 }  // namespace
 
 LinkForce forceNow(const Model& model, const ModelForce& force, const LinkWork* link) noexcept {
@@ -38,32 +32,6 @@ bool forcesStayWithin(const Model& model, const TreeRange& trees) noexcept {
     for (const int tree : {force.tree_a, force.tree_b}) within &= tree < 0 || has(tree);
   });
   return within;
-}
-
-void pullExplicit(const Model& model, const Visits& visits, const HandWork& hands, Placement& placement) noexcept {
-  eachForce(model, visits.trees, movesOf(model, hands), [&](int, const ModelForce& force) {
-    LinkWork* link = placement.link.data();
-    addForce(forceNow(model, force, link), force.link_a >= 0 ? link + force.link_a : nullptr, link + force.link_b);
-  });
-}
-
-void noteForces(const Model& model, const Visits& visits, const HandWork& hands, const Placement& placement,
-                ForceWork& work) noexcept {
-  eachForce(model, visits.trees, movesOf(model, hands), [&](int i, const ModelForce& force) {
-    const LinkForce now = forceNow(model, force, placement.link.data());
-    work.before[i] = {now.taken(), now.onB()};
-  });
-}
-
-void bookForces(const Model& model, double h, double now_share, const Visits& visits, const HandWork& hands, const Placement& placement,
-                const ForceWork& work, State& state) noexcept {
-  eachForce(model, visits.trees, movesOf(model, hands), [&](int i, const ModelForce& force) {
-    const LinkForce now = forceNow(model, force, placement.link.data());
-    state.energy.damping += h * ((1 - now_share) * work.before[i].taken + now_share * now.taken());
-    const Wrench mean = work.before[i].F_W * (1 - now_share) + now.onB() * now_share;
-    state.energy.external += power(mean, ledWay(hands, placement, force.link_a, now.p_WA)) -
-                             power(mean, ledWay(hands, placement, force.link_b, now.p_WB));
-  });
 }
 
 double springsOf(const Model& model, int tree, const HandWork& hands, const Placement& placement) noexcept {

@@ -1,10 +1,7 @@
-/// Force elements of a world (dynamics/link_force.h): their links, their share of explicit steps, their energy.
+/// Force elements of a world (dynamics/link_force.h): their links and their springs' energy, which counts as potential.
 ///
-/// An element belongs to the island of the trees that it joins. It has no state: its force follows from poses and velocities.
-///
-/// Its springs' energy counts as potential. Its dampers take the mean of their powers at both ends of a step of velocity Verlet;
-/// a hand or motion that leads one end supplies the mean force along the way: both of second order. Implicit steps
-/// book them with the weights of their stages (stepping/step_books.h).
+/// An element belongs to the island of the trees that it joins. It has no state: its force follows from poses and velocities. Steps
+/// book what it takes with the weights of their stages (stepping/step_books.h).
 #pragma once
 #include <vector>
 
@@ -28,18 +25,6 @@ struct TreeRange {
   int count = 0;                     ///< of these
   const int* begin() const { return first; }        ///< the first
   const int* end() const { return first + count; }  ///< one past the last
-};
-
-/// Force elements at the start of an explicit step, for the ledger.
-struct ForceWork {
-  /// One of them.
-  struct Start {
-    double taken = 0;              ///< [W]
-    Wrench F_W;                    ///< on B about p_WB
-  };
-  std::vector<Start> before;       ///< by element
-
-  explicit ForceWork(const Model& model) : before(model.forces.size()) {}  ///< set-up: room for all
 };
 
 /// (in realtime) The element here and now; `link`: by world index, placed.
@@ -66,17 +51,6 @@ inline bool hasForces(const Model& model, int tree) noexcept {
 
 /// (in realtime) Both ends of all elements on these trees, ascending, are on them or never move.
 bool forcesStayWithin(const Model& model, const TreeRange& trees) noexcept;
-/// (in realtime) Adds what acts to the wrenches of their links, and of links that hands hold.
-void pullExplicit(const Model& model, const Visits& visits, const HandWork& hands, Placement& placement) noexcept;
-
-/// (in realtime) At the start of an explicit step, or where its only evaluation is, everything placed.
-void noteForces(const Model& model, const Visits& visits, const HandWork& hands, const Placement& placement,
-                ForceWork& work) noexcept;
-/// (in realtime) At its end, after h [s]: the energy taken and supplied goes into the ledger's sums. `now_share`: weight of the
-/// elements' present powers; the rest is that of the noted ones.
-void bookForces(const Model& model, double h, double now_share, const Visits& visits, const HandWork& hands, const Placement& placement,
-                const ForceWork& work, State& state) noexcept;
-
 /// (in realtime) Energy of the springs that count with a tree [J]; each counts once.
 double springsOf(const Model& model, int tree, const HandWork& hands, const Placement& placement) noexcept;
 

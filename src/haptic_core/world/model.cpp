@@ -107,10 +107,6 @@ void Model::checkSettings() const {
   if (!(s.accuracy > 0 && s.accuracy <= 1)) {
     throw SetupError(name, "accuracy is " + number(s.accuracy), "give a share > 0 and <= 1 of the way that forces move a body in a step");
   }
-  if (s.contact_model && (kindOf(s.pressure_law).potential || s.attempts != Attempts::kVerlet)) {
-    throw SetupError(name, "a contact model of its own has neither a potential nor a derivative to solve with",
-                     "give it Attempts::kVerlet and PressureLaw::kHuntCrossley");
-  }
   if (!s.gravity.allFinite()) throw SetupError(name, "gravity is not finite", "give three numbers in m/s^2");
   check(s.default_material, name + ", default material");
 }
@@ -338,8 +334,7 @@ void Model::chooseVisits() {
   }
   // Links that nothing touches and neither hands nor springs pull are never too stiff: they flow.
   const bool may_be_stiff = all || has_contacts || !pointers.empty() || !forces.empty();
-  explicit_steps = settings.attempts == Attempts::kVerlet;
-  implicit_steps = !explicit_steps && (settings.attempts != Attempts::kAll || may_be_stiff);
+  implicit_steps = !settings.comparator && (settings.attempts != Attempts::kAll || may_be_stiff);
   if (all || possible_pairs > std::min<long>(static_cast<long>(kListedPairsPerShape) * n, kMostListed)) return;
   for (int a = 0; a < n; ++a) {
     for (int b = a + 1; b < n; ++b) {

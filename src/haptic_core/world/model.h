@@ -181,9 +181,8 @@ class Model {
   /// Shapes on links that move, and all others, ascending; and a tree of the latter's boxes, numbered as in `fixed_shapes`.
   std::vector<int> moving_shapes, fixed_shapes;
   BoxTree fixed_boxes;              ///< see above; in W
-  bool explicit_steps = true;       ///< Attempts::kVerlet: every tree, whatever touches it
   bool implicit_steps = true;       ///< islands are solved where they do not flow
-  bool allFlows() const { return !explicit_steps && !implicit_steps; }  ///< nothing can touch or pull at anything
+  bool allFlows() const { return !settings.comparator && !implicit_steps; }  ///< nothing can touch or pull at anything
   bool searches_pairs = true;       ///< false: nothing can ever touch
   int turn_steps = 1;               ///< steps between two turns of an island that is far (stepping/own_rate.h); 1: none is
   /// A few pairs are tested box against box, in the order of their keys, without sorting anything; empty: sweep.

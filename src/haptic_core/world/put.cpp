@@ -5,7 +5,6 @@
 #include <string>
 
 #include "haptic_core/base/error.h"
-#include "haptic_core/stepping/explicit_step.h"
 #include "haptic_core/world/initial_overlap.h"
 #include "haptic_core/world/link_forces.h"
 #include "haptic_core/world/runaway.h"
@@ -48,12 +47,12 @@ void settleAnew(const Model& model, int tree, State& state, Work& work) {
   }
   placeTree(model.trees[tree], state, work.placement);
   findBuried(model, tree, state, work);
-  state.mode[tree] = model.explicit_steps ? TreeMode::kUnprimed : TreeMode::kPut;  // as at the start
-  stepping::forgetPull(state, tree);
+  state.mode[tree] = TreeMode::kPut;  // as at the start
+  state.beginAnew(tree);
   state.calm[tree] = 0;
   eachForce(model, TreeRange{&tree, 1}, [tree](int t) { return t == tree; }, [&](int, const ModelForce& force) {
     for (const int other : {force.tree_a, force.tree_b}) {  // its end is elsewhere
-      if (other >= 0) stepping::forgetPull(state, other);
+      if (other >= 0) state.beginAnew(other);
     }
   });
   work.standing.forget();
@@ -96,7 +95,7 @@ void applyWrench(const Model& model, int link, const LinkWrench& wrench, double 
     const auto first = state.wrenches.begin();
     state.wrench_count = static_cast<int>(std::remove_if(first, first + state.wrench_count, of_link) - first);
   }
-  stepping::forgetPull(state, tree);
+  state.beginAnew(tree);
   work.standing.forget();
 }
 

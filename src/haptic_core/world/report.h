@@ -19,7 +19,6 @@ enum StepFlag : unsigned {
   kNotConverged = 1u << 3,        ///< the implicit solve ended at `residual`: shorten the step
   kPressureClipped = 1u << 4,     ///< somewhere a damper would have pulled; the pressure was held at 0 there
   kJointsNotConverged = 1u << 5,  ///< some joint's force is not what its law says: shorten the step
-  kDamperLimited = 1u << 6,       ///< a damper was weakened to the bound of the explicit step (damper_limit.h)
   kTooFast = 1u << 7,             ///< a body moved farther than shapes are thick between two looks at its contacts
   kImpactUnresolved = 1u << 8,    ///< contacts began whose energy the step did not keep: see EnergyLedger::numerical, shorten the step
   kRunaway = 1u << 9,             ///< the world stopped: its steps had made more energy than there was; shorten the step
@@ -70,7 +69,7 @@ struct StepReport {
   int pairs = 0, contacts = 0;            ///< of overlapping boxes; of touching shapes
   EnergyLedger energy;                    ///< kept while WorldSettings::energy_ledger is set
   double closure = 0;                     ///< largest gap left in a loop [m]
-  int iterations = 0;                     ///< of the implicit solve, most of any island; 0: explicit
+  int iterations = 0;                     ///< of the solve, most of any island; 0: all flowed
   int evaluations = 0, factorisations = 0;  ///< of the exact geometry and of matrices, most of any island
   double residual = 0;                    ///< largest speed that an implicit solve left to change [m/s]
   double wrench_error = 0;                ///< largest wrench that it left out of balance [N]
@@ -88,7 +87,7 @@ struct StepReport {
   unsigned flags = 0;                     ///< StepFlag bits
   StageTimes stages;                      ///< filled while `World::measureStages` is on
   /// Error of position that the step adds, as its accepted attempts estimate it, of the island that errs most [m]; turns count at
-  /// the reach of the body. 0 with Attempts::kVerlet, which estimates none.
+  /// the reach of the body. 0 with a comparator.
   double position_error = 0;
   double budget_used = 0;                 ///< evaluations of an implicit island over those it may take, the largest share
 
@@ -110,7 +109,7 @@ inline unsigned flagsOf(const ContactReport& contact) noexcept {
 /// All that a step says: public, and read by nothing in the step.
 struct Report {
   StepReport step;                        ///< of the whole world
-  LoadedVector<ContactReport> contacts;   ///< in the order of the pairs' keys within explicit steps and each island
+  LoadedVector<ContactReport> contacts;   ///< in the order of the pairs' keys within what is led and each island
 
   /// (in realtime) Books a contact that began at a speed of approach [m/s]. What bodies gain by falling for a step is none.
   void addImpact(double speed, double reduced_mass, double fall) noexcept {

@@ -87,7 +87,7 @@ void startSupply(const Model& model, Work& work, State& state) noexcept {
     ActivePair pair = state.pairs[i];  // the cache of this look is not the world's
     ContactEvaluation c;
     if (!locateContact(model, contacts.seams, i, pair, places, contacts.workspace, c)) continue;
-    springs += elasticEnergy(model, c.volume, c.law.material.stiffness, contacts.workspace);
+    springs += elasticEnergy(c.volume, c.law.material.stiffness, contacts.workspace);
   }
   const MechanicalEnergy now = mechanicalEnergy(model, work.hands, work.placement, state.q.data());
   state.energy.supply = now.kinetic + springs;

@@ -27,7 +27,7 @@ class Judge {
  public:
   Judge(const Model& model, const double* next)
       : links_(static_cast<double>(model.links.size())),
-        modes_(static_cast<int>(model.explicit_steps ? TreeMode::kPrimed : TreeMode::kPut) + 1),
+        modes_(static_cast<int>(TreeMode::kPut) + 1),
         next_(next) {}
 
   template <class Field>

@@ -250,7 +250,7 @@ Wrench Sensors::handsOn(const Model& model, const Plan& plan, const State& state
   const auto add = [&](int link, const Wrench& F_W, const Vector3& at, const Pull& last) {
     const int tree = model.links[link].articulation;
     const Wrench now = F_W.shifted(about - at), before = last.F_W.shifted(about - last.at);
-    // Flow and explicit steps of second order take the mean of the force before and after, those of trees with laws the force before.
+    // What flows takes the mean of the force before and after, of trees with laws the force before.
     const double share = state.mode[tree] == TreeMode::kImplicit ? 1 : model.trees[tree].has_laws ? 0 : 0.5;
     sum += now * share + before * (1 - share);
   };

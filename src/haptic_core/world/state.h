@@ -11,26 +11,22 @@
 
 namespace haptic {
 
-/// Data of a contact for the next step: where it pulled, how hard, and when it would part.
-struct ReleaseMemory {
-  Pose X_WP;                       ///< of the patch
-  Wrench F_BP_W, elastic_W;        ///< on B about P; of that the normal spring's
-  double leave = 0;                ///< time to depth 0 at the present rate [s]; infinite: approaching
-  double order = 1;                ///< n of F ~ (time to depth 0)ⁿ
+/// Force of a contact in which nothing moves by itself, at the last evaluation.
+struct LedForce {
+  Vector3 p_W = Vector3::Zero();   ///< the patch's P [m]
+  Wrench F_W, elastic_W;           ///< on B about P, in W's axes; of it the normal spring's
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.X_WP), visit(s.F_BP_W), visit(s.elastic_W), visit(s.leave), visit(s.order);
+    visit(s.p_W), visit(s.F_W), visit(s.elastic_W);
   }
 };
 
-/// How a tree is stepped.
+/// How a tree came to where it is.
 enum class TreeMode : unsigned char {
-  kUnprimed,  ///< by velocity Verlet, which does not know yet what pulls
-  kPrimed,    ///< by velocity Verlet, `State::pull` is filled
-  kImplicit,  ///< with its island
-  kFlowed,    ///< with its island, by itself in the last step: its joints and sensors are read as of explicit steps
-  kPut        ///< with its island; it has been put where it is, and what overlaps there did not begin in a step
+  kImplicit,  ///< its island was solved
+  kFlowed,    ///< it flowed (stepping/flow.h): its joints and sensors are read at the step's end
+  kPut        ///< it was put there, and what overlaps there did not begin in a step
 };
 
 /// A pair's cache whose directions stay in W, in A's axes while this lives; written back where they changed, to the last bit.
@@ -81,7 +77,7 @@ struct ActivePair {
   std::uint64_t key = 0;  ///< shape A in the upper, shape B in the lower 32 bits; A < B
   PairCache cache;            ///< of the search and of the normal, its directions in W: they turn with neither body (`CacheInA`)
   FrictionMemory friction;    ///< of the patch
-  ReleaseMemory release;      ///< for the instant at which it parts
+  LedForce led;               ///< where nothing moves by itself
   ContactMeans means;         ///< over the last implicit step
   bool buried = false;  ///< overlapped deep at the start; pushed out slowly until it is shallow
 
@@ -94,7 +90,7 @@ struct ActivePair {
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.key), visit(s.cache), visit(s.friction), visit(s.release), visit(s.means), visit(s.buried);
+    visit(s.key), visit(s.cache), visit(s.friction), visit(s.led), visit(s.means), visit(s.buried);
   }
 };
 
@@ -199,9 +195,6 @@ struct State {
   std::uint64_t step = 0;  ///< since the start
   /// Positions and velocities, see articulation.h.
   std::vector<double> q, v;  ///< of all trees, one after the other
-  /// Velocity Verlet: what pulled at the end of the last step. Free bodies: torque [N·m], acceleration of C; trees whose
-  /// joints have laws: Jᵀ F of contacts and hands; other trees: v̇ by contacts and hands.
-  std::vector<double> pull;
   std::vector<TreeMode> mode;          ///< by tree
   /// What BDF2 takes up from the last implicit step (stepping/implicit_step.h): acceleration at its end; means over it.
   std::vector<double> a_end, a_mean, v_mean;
@@ -223,12 +216,14 @@ struct State {
   /// All but pairs and wrenches, whose number varies.
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.time), visit(s.step), visit(s.q), visit(s.v), visit(s.pull), visit(s.mode), visit(s.a_end),
+    visit(s.time), visit(s.step), visit(s.q), visit(s.v), visit(s.mode), visit(s.a_end),
         visit(s.a_mean), visit(s.v_mean), visit(s.last_step), visit(s.calm), visit(s.turn), visit(s.as_of);
     visit(s.commands);
     visit(s.pointers), visit(s.motions), visit(s.energy);
   }
 
+  /// (in realtime) What the tree's next step would go on from holds no longer.
+  void beginAnew(int tree) noexcept { last_step[tree] = 0; }
   std::uint64_t hash() const;        ///< over all of it
   std::vector<double> pack() const;  ///< one vector, with lengths in front
   /// The same into `out`; (in realtime) allocates nothing where it has room for `packedCapacity()` numbers.
@@ -237,7 +232,7 @@ struct State {
   /// Numbers in front of a packed state: its format, and what another layout would have otherwise.
   static constexpr std::size_t kHead = 6;
   /// Counts up where a field gets another meaning and not another number of numbers: such a state would move otherwise, unnoticed.
-  static constexpr double kFormat = 3;
+  static constexpr double kFormat = 4;
   /// Contents of a packed state beside the fields.
   struct Layout {
     int pairs = 0, wrenches = 0;  ///< so many

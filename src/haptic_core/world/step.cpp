@@ -1,7 +1,6 @@
 #include "haptic_core/world/step.h"
 
 #include "haptic_core/stepping/advance.h"
-#include "haptic_core/stepping/explicit_step.h"
 #include "haptic_core/stepping/standing_islands.h"
 #include "haptic_core/world/applied_wrench.h"
 #include "haptic_core/world/drive_paths.h"
@@ -33,7 +32,7 @@ void dropEnded(const Model& model, State& state, Work& work, Report& report) noe
     if (state.wrenches[i].end > state.step) {
       state.wrenches[kept++] = state.wrenches[i];
     } else {
-      stepping::forgetPull(state, model.links[state.wrenches[i].link].articulation);
+      state.beginAnew(model.links[state.wrenches[i].link].articulation);
       work.asleep.wakeAll(model, state, work, &report);
       work.standing.forget();
     }

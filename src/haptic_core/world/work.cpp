@@ -43,18 +43,18 @@ void startMotions(const Model& model, State& state) {
 }  // namespace
 
 ContactWork::ContactWork(const Model& model)
-    : seams(model), on_link(model.links.size()), kick(model.links.size()) {
+    : seams(model) {
   model.reserve(workspace);
-  booked.reserve(model.pair_capacity);
 }
 
-ExplicitWork::ExplicitWork(const Model& model) : v_half(model.nv), v_ahead(model.nv), q_start(model.nq), v_start(model.nv) {
+FlowWork::FlowWork(const Model& model) : q_start(model.nq), v_start(model.nv), pull(model.nv), v_half(model.nv) {
   for (const ModelTree& tree : model.trees) scratch.fit(*tree.model);
 }
 
 Work::Work(const Model& model)
     : visits(model), placement(model), search(model), hands(model), contacts(model), motion(model), islands(model),
-      standing(model), asleep(model), rates(model), sums(model), forces(model) {
+      standing(model), asleep(model), rates(model), sums(model) {
+  if (model.settings.comparator) comparator = model.settings.comparator(model);
   if (model.implicit_steps) implicit = std::make_unique<stepping::ImplicitWork>(model);
   parts.sums.reserve(model.pair_capacity);
   joints.resize(model.trees.size());
@@ -69,9 +69,8 @@ State initialState(const Model& model, Work& work) {
   State state;
   state.q = model.q_start;
   state.v = model.v_start;
-  state.pull.resize(model.nv);
   state.pairs.resize(model.pair_capacity);
-  state.mode.assign(model.trees.size(), model.explicit_steps ? TreeMode::kUnprimed : TreeMode::kPut);
+  state.mode.assign(model.trees.size(), TreeMode::kPut);
   for (auto* history : {&state.a_end, &state.a_mean, &state.v_mean}) history->assign(model.nv, 0);
   state.last_step.assign(model.trees.size(), 0);
   state.calm.assign(model.trees.size(), 0);

@@ -12,6 +12,7 @@
 #include "haptic_core/stepping/own_rate.h"
 #include "haptic_core/stepping/standing_islands.h"
 #include "haptic_core/world/applied_wrench.h"
+#include "haptic_core/world/comparator.h"
 #include "haptic_core/world/counted_work.h"
 #include "haptic_core/world/hands.h"
 #include "haptic_core/world/islands.h"
@@ -25,29 +26,22 @@
 #include "haptic_core/world/visits.h"
 
 namespace haptic {
-namespace stepping {
-}
 
-/// Explicitly stepped contacts (stepping/explicit_contacts.h).
+/// Geometry of contacts.
 struct ContactWork {
   ContactWorkspace workspace;    ///< for one contact at a time
-  Seams seams;                   ///< for normals of joined pieces, in explicit and implicit steps
-  std::vector<int> on_link;      ///< by world link: contacts that touched at the last evaluation
-  std::vector<Wrench> kick;      ///< by world link, about O: impulses of events inside the step [N·m·s, N·s]
-  bool has_kick = false;         ///< else `kick` holds nothing of this step
-  BookedContacts booked;         ///< while the ledger is kept
+  Seams seams;                   ///< for normals of joined pieces
 
   explicit ContactWork(const Model& model);  ///< set-up: room for all links and contacts
 };
 
-/// Velocities of explicitly stepped trees inside a step, by world velocity index (stepping/explicit_step.h).
-struct ExplicitWork {
-  std::vector<double> v_half;    ///< velocity Verlet: between the kicks; of joints with laws the mean over the step
-  std::vector<double> v_ahead;   ///< velocity Verlet: after the next half kick, while the ledger is kept
-  std::vector<double> q_start, v_start;  ///< of trees that flow, before
+/// Trees that flow (stepping/flow.h), by world index.
+struct FlowWork {
+  std::vector<double> q_start, v_start;  ///< before
+  std::vector<double> pull, v_half;      ///< see SteppedTree
   TreeStepScratch scratch;       ///< of the steps in tree_step.h
 
-  explicit ExplicitWork(const Model& model);  ///< set-up: room for all velocities
+  explicit FlowWork(const Model& model);  ///< set-up: room for all velocities
 };
 
 /// Scratch of every stage of a step; one per world.
@@ -56,9 +50,9 @@ struct Work {
   Placement placement;           ///< placement
   SearchWork search;             ///< pair_search, step_parts
   HandWork hands;                ///< hands
-  ContactWork contacts;          ///< stepping/explicit_contacts
+  ContactWork contacts;          ///< contact_evaluation
   PartContacts parts;            ///< mean_contacts
-  ExplicitWork motion;           ///< stepping/explicit_step
+  FlowWork motion;               ///< stepping/flow
   double position_error = 0;     ///< of the part, of the island that errs most, as its attempt foresees [m]
   Islands islands;               ///< islands
   std::unique_ptr<stepping::ImplicitWork> implicit;  ///< stepping/implicit_islands; null: no island is solved
@@ -68,8 +62,8 @@ struct Work {
   LedgerSums sums;               ///< ledger
   std::vector<std::unique_ptr<TreeMotion>> joints;  ///< by tree; null: joints without laws of their own
   WrenchWork wrenches;           ///< applied_wrench
-  ForceWork forces;              ///< stepping/explicit_step
   CountedWork counted;           ///< every stage
+  std::unique_ptr<Comparator> comparator;  ///< null: the rules of stepping/advance.h
   StageClock clock;                                 ///< on only while stages are measured
 
   explicit Work(const Model& model);  ///< set-up: everything that a step needs, so that it allocates nothing

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "haptic_core/base/error.h"
-#include "haptic_core/stepping/explicit_step.h"
 #include "haptic_core/stepping/turns.h"
 #include "haptic_core/world/carry_over.h"
 #include "haptic_core/world/link_forces.h"
@@ -229,7 +228,7 @@ bool World::tryGrab(int pointer, int link) noexcept {
   impl_->bringToPresent();
   haptic::grab(impl_->model, impl_->work.placement, pointer, link, impl_->state, impl_->work.hands);
   impl_->work.standing.forget();
-  stepping::forgetPull(impl_->state);
+  for (int t = 0; t < static_cast<int>(impl_->state.mode.size()); ++t) impl_->state.beginAnew(t);
   renewSupply(impl_->model, impl_->work, impl_->state);
   return true;
 }
@@ -255,7 +254,7 @@ void World::tune(const WorldTuning& tuning) {
   for (int i = 0; i < pointerCount(); ++i) {
     if (!canGrab(i, pointerLink(i))) grab(i, pointerHome(i));
   }
-  stepping::forgetPull(impl_->state);
+  for (int t = 0; t < static_cast<int>(impl_->state.mode.size()); ++t) impl_->state.beginAnew(t);
   renewSupply(model, impl_->work, impl_->state);
 }
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "../../comparators/point_contact.h"
+#include "../../comparators/velocity_verlet.h"
 #include "../../scenes/blocks.h"
 #include "haptic_core/world/world.h"
 
@@ -16,7 +16,7 @@ using scenes::CubeParameters;
 
 WorldSettings explicitSettings(double h) {
   WorldSettings s;
-  s.attempts = Attempts::kVerlet;
+  s.comparator = comparators::velocityVerlet;
   s.pressure_law = PressureLaw::kLinear;
   s.step = h;
   return s;
@@ -63,17 +63,6 @@ TEST(Certificate, ABeltIsAFloor) {
   EXPECT_EQ(runs.verdict, Verdict::kPass);
   EXPECT_EQ(runs.islands[0].growth, 0);
   EXPECT_NEAR(runs.islands[0].limit, still.islands[0].limit, 1e-3 * still.islands[0].limit);  // it has gone a way meanwhile
-}
-
-/// A spring at one point: k times a sixth of the cube's surface, whatever touches.
-TEST(Certificate, APointContactHasThePointsStiffness) {
-  CubeParameters c;
-  WorldDef def = scenes::cubeOnFloor(c, explicitSettings(0.25e-3));
-  def.settings.contact_model = comparators::pointContact;
-  const Certificate certificate = certify(def);
-  ASSERT_EQ(certificate.pairs.size(), 1u);
-  EXPECT_NEAR(certificate.pairs[0].stiffness, c.stiffness * c.area(), 1e-12 * c.stiffness * c.area());
-  EXPECT_TRUE(std::isfinite(certificate.islands[0].limit));
 }
 
 TEST(Certificate, FrictionSpringsLowerTheLimitOfTheWholeScene) {
@@ -129,21 +118,6 @@ TEST(Certificate, TheExplicitStepIsStableBelowTheLimitAndNotAbove) {
       EXPECT_GT(above, kThird) << boxes << " boxes, ratio " << ratio;
     }
   }
-}
-
-TEST(Certificate, NamesTheVerdictThatTheStepNeeds) {
-  CubeParameters c;
-  c.ratio = 0;
-  const auto verdict = [&](double k, Attempts attempts) {
-    c.stiffness = k;
-    WorldSettings s = explicitSettings(1e-3);
-    s.attempts = attempts;
-    return certify(scenes::cubeOnFloor(c, s)).verdict;
-  };
-  EXPECT_EQ(verdict(1e6, Attempts::kVerlet), Verdict::kPass);       // limit 6 ms
-  EXPECT_EQ(verdict(2e7, Attempts::kVerlet), Verdict::kSubstep);    // 1.4 ms in heave
-  EXPECT_EQ(verdict(1e10, Attempts::kVerlet), Verdict::kImplicit);  // 0.06 ms
-  EXPECT_EQ(verdict(1e10, Attempts::kSdirk2), Verdict::kPass);
 }
 
 // A column of n cubes on springs falls over below k_eff = 5.1e4 N/m (continuum) or 5.6e4 N/m (discrete joints).

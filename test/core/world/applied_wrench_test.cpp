@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "../../comparators/velocity_verlet.h"
 #include "../../scenes/actors.h"
 #include "haptic_core/base/error.h"
 
@@ -73,7 +74,7 @@ TEST_P(Wrenches, ThePointAndTheFrameAreTheLinks) {
   // Halving the step shows what the closed form of the turning body is.
   WorldSettings fine = s;
   fine.step = s.step / 64;
-  fine.attempts = Attempts::kVerlet;
+  fine.comparator = comparators::velocityVerlet;
   World reference(alone(body, fine, X_WL));
   reference.applyWrench(0, {{t_L, f_L}, p_L, true}, 0.1);
   for (int i = 0; i < 6400; ++i) reference.step();
@@ -173,7 +174,7 @@ TEST_P(Wrenches, APushBelowFrictionMovesNothing) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, Wrenches,
-                         ::testing::Values(Attempts::kVerlet, Attempts::kImplicitEuler,
+                         ::testing::Values(Attempts::kImplicitEuler,
                                            Attempts::kSdirk2, Attempts::kAll));
 
 TEST(AppliedWrench, IsPartOfTheState) {

@@ -53,7 +53,7 @@ double oscillator(double m, double b, double k, double x_0, double t) {
 
 class CouplingsByIntegrator : public testing::TestWithParam<Attempts> {};
 INSTANTIATE_TEST_SUITE_P(All, CouplingsByIntegrator,
-                         testing::Values(Attempts::kVerlet, Attempts::kImplicitEuler,
+                         testing::Values(Attempts::kImplicitEuler,
                                          Attempts::kSdirk2, Attempts::kAll));
 
 /// Each of the six axes swings by itself, with its own stiffness and damping, as a scheme of first order or better has it.

@@ -78,7 +78,7 @@ WorldDef armAndBox(double friction, Attempts attempts) {
   return def;
 }
 
-WorldDef worldOf(const TreeDef& tree, Attempts attempts = Attempts::kVerlet) {
+WorldDef worldOf(const TreeDef& tree, Attempts attempts = Attempts::kAll) {
   WorldDef def;
   def.name = "world";
   def.settings.attempts = attempts;
@@ -88,16 +88,11 @@ WorldDef worldOf(const TreeDef& tree, Attempts attempts = Attempts::kVerlet) {
 
 class EveryMethod : public testing::TestWithParam<Attempts> {};
 INSTANTIATE_TEST_SUITE_P(All, EveryMethod,
-                         testing::Values(Attempts::kVerlet,
-                                         Attempts::kImplicitEuler, Attempts::kSdirk2));
+                         testing::Values(Attempts::kImplicitEuler, Attempts::kSdirk2));
 
-class ExplicitJoints : public testing::TestWithParam<Attempts> {};
-INSTANTIATE_TEST_SUITE_P(Both, ExplicitJoints,
-                         testing::Values(Attempts::kVerlet));
-
-TEST_P(ExplicitJoints, MoveAsTheTreeAloneDoes) {
+TEST(Joints, ThatFlowMoveAsTheTreeAloneDoes) {
   const TreeDef def = lawfulChain();
-  World world(worldOf(def, GetParam()));
+  World world(worldOf(def));
   const Articulation tree(def);
   TreeMotion motion(tree);
   std::vector<LinkWork> work(tree.linkCount());
@@ -211,8 +206,8 @@ WorldDef twoRootedFourBar(Attempts attempts) {
   return def;
 }
 
-TEST_P(ExplicitJoints, ALoopOverTwoArticulationsMovesAsOneTree) {
-  WorldDef def = twoRootedFourBar(GetParam());
+TEST(Joints, ALoopOverTwoArticulationsMovesAsOneTree) {
+  WorldDef def = twoRootedFourBar(Attempts::kAll);
   def.articulations[0].links[0].joint.position = 0.8;
   def.articulations[0].links[1].joint.position = -0.8;
   def.articulations[2].links[0].joint.position = 0.8;
@@ -426,10 +421,10 @@ TEST(ImplicitJoints, LoopsStayClosedAndSwingAsTheyShould) {
   }
 }
 
-/// Trees without laws coast to fourth order in both explicit steps: 4e-6 of m g L n²/2 is what the formula itself drifts
+/// Trees without laws flow to fourth order: 4e-6 of m g L n²/2 is what the formula itself drifts
 /// over five seconds at 1 ms (runge_kutta.h), where a first-order step gains most of it.
-TEST_P(ExplicitJoints, AFreeChainKeepsItsEnergy) {
-  World world(worldOf(test::chain(10), GetParam()));
+TEST(Joints, AFreeChainKeepsItsEnergy) {
+  World world(worldOf(test::chain(10)));
   world.step();
   const double start = world.report().energy.balance(), scale = test::kChainMass * 9.8 * test::kChainLength * 50;
   while (world.time() < 3) {
@@ -518,7 +513,7 @@ TEST(Joints, LoopsThatCannotBeAreRefused) {
     }
     return std::string();
   };
-  WorldDef def = twoRootedFourBar(Attempts::kVerlet);
+  WorldDef def = twoRootedFourBar(Attempts::kAll);
   EXPECT_EQ(refused(def), "");
   WorldDef missing = def;
   missing.loops[0].link_b = 7;

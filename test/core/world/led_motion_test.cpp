@@ -181,7 +181,7 @@ TEST_P(Carried, ALoadThatIsHeldBackStandsOnItsBelt) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods, Carried,
-                         ::testing::Values(Attempts::kVerlet, Attempts::kImplicitEuler,
+                         ::testing::Values(Attempts::kImplicitEuler,
                                            Attempts::kSdirk2, Attempts::kAll));
 
 /// What turns on the spot: a disc-like belt turns what lies over its centre, at its own rate.
@@ -199,7 +199,7 @@ TEST(Belt, OneThatTurnsTurnsItsLoad) {
 /// A stuck load goes exactly as far as its belt, whatever the step: the surface's way is told, not a rate.
 TEST(Belt, AStuckLoadGoesAsFarAsItsBelt) {
   for (const Attempts attempts :
-       {Attempts::kVerlet, Attempts::kImplicitEuler, Attempts::kSdirk2, Attempts::kAll}) {
+       {Attempts::kImplicitEuler, Attempts::kSdirk2, Attempts::kAll}) {
     WorldSettings s;
     s.attempts = attempts;
     WorldDef def = onBelt(Load{}, s, 0.3);

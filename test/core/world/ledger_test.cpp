@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "../../comparators/velocity_verlet.h"
 #include "../../scenes/moving.h"
 
 namespace haptic {
@@ -18,9 +19,9 @@ struct Balance {
 };
 
 /// A cube flies askew and spinning into the floor, without gravity: then nothing but contacts changes its kinetic energy.
-Balance crash(Attempts attempts) {
+Balance crash() {
   WorldSettings settings;
-  settings.attempts = attempts;
+  settings.comparator = comparators::velocityVerlet;
   settings.gravity = Vector3::Zero();
   WorldDef def = cubeOnFloor(CubeParameters{}, settings);
   Pose& X_WA = def.articulations[1].X_WA;
@@ -43,18 +44,13 @@ Balance crash(Attempts attempts) {
   return out;
 }
 
-class ExplicitLedger : public ::testing::TestWithParam<Attempts> {};
-
 /// Impulse times mean velocity is the change of kinetic energy, to rounding: some 1e3 of them on 0.02 J. Also where a contact ends.
-TEST_P(ExplicitLedger, BooksWhatTheBodyLoses) {
-  const Balance of = crash(GetParam());
+TEST(VelocityVerlet, BooksWhatTheBodyLoses) {
+  const Balance of = crash();
   EXPECT_GT(of.taken, 5e-3);
   EXPECT_LT(of.worst_step, 1e-14);
   EXPECT_LT(of.worst, 400 * 1e-14);
 }
-
-INSTANTIATE_TEST_SUITE_P(Methods, ExplicitLedger,
-                         ::testing::Values(Attempts::kVerlet));
 
 /// A plate slides on a tangential layer so soft that its spring would carry μN at 15 cm. With the damper b_t beside it the spring
 /// lags behind: s = (μN/k_t A) (1 - exp(-t k_t/b_t)), and holds ½ k_t A s². All of μN in the spring from the first step on would be
@@ -63,7 +59,7 @@ TEST(SlidingFriction, ItsSpringsHoldWhatTheWayHasPutThere) {
   constexpr double kMass = 0.3, kArea = 0.01, kMu = 0.5, kSpring = 1e3, kUntil = 0.1;
   const double damper = 2 * std::sqrt(kSpring * kMass / kArea), most = kMu * kMass * kGravity / (kSpring * kArea);
   const double slip = most * -std::expm1(-kUntil * kSpring / damper), held = 0.5 * kSpring * kArea * slip * slip;
-  for (const Attempts attempts : {Attempts::kVerlet, Attempts::kImplicitEuler,
+  for (const Attempts attempts : {Attempts::kImplicitEuler,
                                       Attempts::kSdirk2, Attempts::kAll}) {
     SCOPED_TRACE(static_cast<int>(attempts));
     WorldDef def;
@@ -94,7 +90,7 @@ TEST(SlidingFriction, ItsSpringsHoldWhatTheWayHasPutThere) {
 
 /// Friction that resists sliding only: a cube that spins where it stands goes on, and nothing is stored or taken.
 TEST(WithoutTorsion, ASpinIsNeitherHeldNorRemembered) {
-  for (const Attempts attempts : {Attempts::kVerlet, Attempts::kImplicitEuler,
+  for (const Attempts attempts : {Attempts::kImplicitEuler,
                                       Attempts::kSdirk2, Attempts::kAll}) {
     SCOPED_TRACE(static_cast<int>(attempts));
     WorldSettings settings;
@@ -118,7 +114,7 @@ TEST(WithoutTorsion, ASpinIsNeitherHeldNorRemembered) {
 /// the same. E - E0 + D against the largest of what was exchanged so far.
 TEST(Ledger, ATableThatLandsGainsNothing) {
   WorldSettings settings;
-  settings.attempts = Attempts::kVerlet;
+  settings.comparator = comparators::velocityVerlet;
   World world(table(settings, 5e-5, 0));
   world.step();
   const EnergyLedger first = world.report().energy;

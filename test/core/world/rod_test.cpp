@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "../../comparators/velocity_verlet.h"
 #include "../../scenes/blocks.h"
 #include "haptic_core/geometry/shapes/ball.h"
 
@@ -82,7 +83,7 @@ TEST_P(Rods, RestAtTheirDepth) {
 }
 
 INSTANTIATE_TEST_SUITE_P(ByIntegrator, Rods,
-                         testing::Values(Attempts::kVerlet, Attempts::kImplicitEuler,
+                         testing::Values(Attempts::kImplicitEuler,
                                          Attempts::kSdirk2, Attempts::kAll));
 
 /// Leaned over less than its diagonal a cylinder falls back on its end; more, over its rim on its side.
@@ -107,7 +108,8 @@ TEST(Rod, KeepsEnergyWhileACapsuleTumbles) {
   for (const int i : {0, 1}) {
     const double h = i == 0 ? 2e-4 : 1e-4;
     const Matrix3 R = Eigen::AngleAxisd(0.7, Vector3(1, 2, 3).normalized()).toRotationMatrix();
-    WorldDef def = rodOnFloor(Attempts::kVerlet, Rod::Ends::kRound, Pose(R, Vector3(0, 0, 0.3)), 0, h);
+    WorldDef def = rodOnFloor(Attempts::kAll, Rod::Ends::kRound, Pose(R, Vector3(0, 0, 0.3)), 0, h);
+    def.settings.comparator = comparators::velocityVerlet;
     def.settings.default_material.stiffness = 1e6;
     def.settings.default_material.mu_static = def.settings.default_material.mu_dynamic = 0;
     World world(def);

@@ -78,7 +78,7 @@ TEST(SavedState, IndicesAreJudged) {
   // Modes and the pointer's link are found by what a state with others has there.
   ASSERT_FALSE(s.refused(s.packed));
   State other = s.world.state();
-  other.mode[0] = other.mode[0] == TreeMode::kPrimed ? TreeMode::kUnprimed : TreeMode::kPrimed;
+  other.mode[0] = other.mode[0] == TreeMode::kPut ? TreeMode::kFlowed : TreeMode::kPut;
   const std::vector<double> with_mode = other.pack();
   other = s.world.state();
   other.pointers[0].link = 0;
@@ -99,20 +99,6 @@ TEST(SavedState, AnotherFormatIsRefused) {
   EXPECT_TRUE(s.refused(other));
   other.erase(other.begin());
   EXPECT_TRUE(s.refused(other)) << "of before there was a format";
-}
-
-/// Velocity Verlet steps nothing implicitly, and has nothing to do so with.
-TEST(SavedState, AModeThatTheWorldLacksIsRefused) {
-  WorldDef def = Saved::def();
-  def.pointers.clear();
-  def.articulations.resize(2);
-  def.settings.attempts = Attempts::kVerlet;
-  for (ArticulationDef& articulation : def.articulations) articulation.links[0].collisions.clear();
-  World world(def);
-  State state = world.state();
-  EXPECT_NO_THROW(world.restore(state.pack()));
-  state.mode[1] = TreeMode::kImplicit;
-  EXPECT_THROW(world.restore(state.pack()), SetupError);
 }
 
 /// Whatever one number is, the state is refused or the world steps on, finite or stopped.

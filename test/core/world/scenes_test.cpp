@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "../../scenes/motions.h"
+#include "../../comparators/velocity_verlet.h"
 #include "../dynamics/free_rotation_reference.h"
 
 namespace haptic {
@@ -12,7 +13,7 @@ using namespace scenes;
 WorldSettings verlet(double h = 1e-3) {
   WorldSettings s;
   s.step = h;
-  s.attempts = Attempts::kVerlet;
+  s.comparator = comparators::velocityVerlet;
   return s;
 }
 

@@ -8,6 +8,7 @@
 #include <limits>
 #include <vector>
 
+#include "../../comparators/velocity_verlet.h"
 #include "../../scenes/blocks.h"
 #include "../dynamics/chain.h"
 #include "../dynamics/four_bar.h"
@@ -88,7 +89,7 @@ WorldDef beatingChain(Attempts attempts) {
 
 class SensorsByIntegrator : public testing::TestWithParam<Attempts> {};
 INSTANTIATE_TEST_SUITE_P(All, SensorsByIntegrator,
-                         testing::Values(Attempts::kVerlet, Attempts::kImplicitEuler,
+                         testing::Values(Attempts::kImplicitEuler,
                                          Attempts::kSdirk2, Attempts::kAll));
 
 /// Two arms welded to one another and to the world: what stands needs its weight and its moment, and no more.
@@ -165,7 +166,7 @@ TEST(Sensors, InverseDynamicsInTheMiddleOfTheStep) {
     WorldDef def;
     def.name = "tree";
     def.settings.step = h;
-    def.settings.attempts = Attempts::kVerlet;
+    def.settings.comparator = comparators::velocityVerlet;
     def.articulations.push_back(articulationOf(tree));
     for (int l = 0; l < 12; ++l) def.sensors.push_back(wrenchOf(0, l));
     World world(def);
@@ -234,7 +235,7 @@ TEST(Sensors, APartOfALinkIsAsALinkOfItsOwn) {
   kept.links[1].joint.type = JointType::kFixed;
   WorldDef separate;
   separate.name = "separate";
-  separate.settings.attempts = Attempts::kVerlet;
+  separate.settings.comparator = comparators::velocityVerlet;
   separate.articulations.push_back(articulationOf(kept));
   separate.sensors = {wrenchOf(0, 1)};
   // Links 0 and 1 in one, by hand; link 2 hangs on the part.

@@ -128,8 +128,7 @@ class Storage : public testing::TestWithParam<Attempts> {
   void TearDown() override { heap_offset = 0; }
 };
 INSTANTIATE_TEST_SUITE_P(All, Storage,
-                         testing::Values(Attempts::kVerlet,
-                                         Attempts::kImplicitEuler, Attempts::kSdirk2,
+                         testing::Values(Attempts::kImplicitEuler, Attempts::kSdirk2,
                                          Attempts::kAll));
 
 TEST_P(Storage, AWorldsBitsDoNotDependOnItsAddresses) {

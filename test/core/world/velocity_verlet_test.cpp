@@ -1,6 +1,7 @@
 // Velocity Verlet with located events against exact rigid motion and its own order.
 #include <gtest/gtest.h>
 
+#include "../../comparators/velocity_verlet.h"
 #include "../../scenes/motions.h"
 #include "haptic_core/base/error.h"
 
@@ -12,7 +13,7 @@ using namespace scenes;
 WorldSettings verlet(double h) {
   WorldSettings s;
   s.step = h;
-  s.attempts = Attempts::kVerlet;
+  s.comparator = comparators::velocityVerlet;
   return s;
 }
 

@@ -5,7 +5,6 @@
 #include <functional>
 #include <limits>
 
-#include "../../comparators/point_contact.h"
 #include "../../scenes/blocks.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/world/step_history.h"
@@ -66,11 +65,6 @@ TEST(WorldFaults, StepsAreRefusedByValue) {
   expectNamed(refusal([](WorldDef& d) { d.settings.substeps = 0; }), {"substeps is 0"});
   expectNamed(refusal([](WorldDef& d) { d.settings.history_steps = -1; }), {"history_steps is -1"});
   expectNamed(refusal([](WorldDef& d) { d.settings.gravity.z() = std::nan(""); }), {"gravity"});
-  expectNamed(refusal([](WorldDef& d) {
-                d.settings.contact_model = comparators::pointContact;
-                d.settings.attempts = Attempts::kImplicitEuler;
-              }),
-              {"contact model", "derivative"});
 }
 
 TEST(WorldFaults, BodiesThatCannotMoveAreRefusedByName) {

@@ -1,12 +1,40 @@
-#include "haptic_core/stepping/settled_damper.h"
+#include "settled_damper.h"
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
-#include "haptic_core/world/damper_limit.h"
+#include "haptic_core/analysis/strong_damper.h"
 
-namespace haptic::stepping {
+namespace haptic::comparators {
 namespace {
+
+/// A damper at the velocity before is stable up to h λ(M⁻¹D) = 2 alone, and the springs need a part of it. A Hunt–Crossley damper k c d
+/// grows with the load, so a light body pressed by a hand passes that bound however small its damping at rest. kDamperLimit is the dampers'
+/// share; then springs are stable up to h² λ(M⁻¹K) = 0.6. A damper that strong stops its mode within two steps: the step does not resolve
+/// more.
+constexpr double kDamperLimit = 1.7;
+
+/// Largest eigenvalue of W D from above, by at most 12 %: the sixteenth root of the trace of its sixteenth
+/// power. Infinite where W or D are not finite: no damper then.
+double dampingRate(const Matrix6& W, const Matrix6& D) noexcept {
+  Matrix6 P = W * D;
+  const double scale = P.diagonal().cwiseAbs().maxCoeff();  // trace ≤ 6 scale: no overflow below
+  if (!std::isfinite(scale)) return std::numeric_limits<double>::infinity();  // an unknown one is not stable
+  if (!(scale > 0)) return 0;
+  P /= scale;
+  for (int i = 0; i < 3; ++i) P = (P * P).eval();
+  double root = std::max(0.0, P.cwiseProduct(P.transpose()).sum());
+  for (int i = 0; i < 4; ++i) root = std::sqrt(root);
+  return scale * root;
+}
+
+/// Factor on the damper D [N·m·s/rad … N·s/m] in a step h, with W the mobility of the contact, each body's
+/// mass shared among its contacts: then all of them together stay within the limit.
+double damperShare(const Matrix6& W, const Matrix6& D, double h) noexcept {
+  const double rate = h * dampingRate(W, D);
+  return rate > kDamperLimit ? kDamperLimit / rate : 1.0;
+}
 
 /// Lower L with L Lᵀ = A for a positive semidefinite A; columns without a pivot are zero.
 Matrix6 semidefiniteFactor(const Matrix6& A) noexcept {
@@ -72,9 +100,9 @@ Matrix6 ownMobility(const LinkModel& link, const Matrix3& R_WL, const Vector3& p
 }
 
 /// Mobility of a mover at P in P's axes, as if it were alone and its mass shared evenly among its contacts.
-Matrix6 sharedMobility(const Model& model, const Work& work, int link, const Pose& X_WP) noexcept {
+Matrix6 sharedMobility(const Model& model, const Work& work, const std::vector<int>& on_link, int link, const Pose& X_WP) noexcept {
   const ModelLink& l = model.links[link];
-  const double parts = std::max(1, work.contacts.on_link[link]);
+  const double parts = std::max(1, on_link[link]);
   const LinkWork& place = work.placement.link[link];
   return parts * ownMobility(model.trees[l.articulation].model->link(l.local), place.X_WL.R, place.p_WC(), X_WP);
 }
@@ -89,8 +117,8 @@ PairLaw weakened(const PairLaw& law, double share, double area) noexcept {
 
 }  // namespace
 
-void settleForce(const Model& model, const ActivePair& pair, const Advance& advance, Work& work, ContactEvaluation& c,
-                 unsigned& flags) noexcept {
+void settleForce(const Model& model, const ActivePair& pair, const ReleaseMemory& last, const std::vector<int>& on_link,
+                 const Advance& advance, Work& work, ContactEvaluation& c) noexcept {
   const auto forceAt = [&](const Twist& V, const PairLaw& law, const Advance& how) {
     return locatedForce(c.volume, c.X_AB, work.contacts.workspace, V, pair.friction, law, how);
   };
@@ -98,19 +126,18 @@ void settleForce(const Model& model, const ActivePair& pair, const Advance& adva
   if (advance.time == 0) return;
   Matrix6 D = c.force.tangent.combined(0, 1);
   const int link_a = model.shapes[pair.shapeA()].link, link_b = model.shapes[pair.shapeB()].link;
-  const int parts = std::max({1, work.contacts.on_link[link_a], work.contacts.on_link[link_b]});
+  const int parts = std::max({1, on_link[link_a], on_link[link_b]});
   if (!isStrong(D, layerArea(c.volume), parts, advance.time, c.law.reduced_mass)) return;
   Matrix6 W = Matrix6::Zero();
   Matrix6 W_of[2] = {Matrix6::Zero(), Matrix6::Zero()};
   const int link[2] = {link_a, link_b};
   for (int i = 0; i < 2; ++i) {
-    if (isMover(model, work, link[i])) W += W_of[i] = sharedMobility(model, work, link[i], c.X_WP);
+    if (isMover(model, work, link[i])) W += W_of[i] = sharedMobility(model, work, on_link, link[i], c.X_WP);
   }
   // A contact that begins has no earlier wrench to settle from: its damper is bounded.
   if (pair.friction.touching == 0) {
     const double share = damperShare(W, D, advance.time);
     if (share == 1) return;
-    flags |= kDamperLimited;
     c.force = forceAt(c.V_AB_P, weakened(c.law, share, layerArea(c.volume)), advance);
     return;
   }
@@ -126,8 +153,8 @@ void settleForce(const Model& model, const ActivePair& pair, const Advance& adva
     // The last wrench with the moment that it had about the body's centre of mass: where a body rocks P wanders over it, and with P the
     // moment of N; where it rolls or slides P goes along with it.
     const LinkWork& place = work.placement.link[link[i]];
-    const Vector3 wandered = c.X_WP.p - pair.release.X_WP.p - advance.time * place.twistAt(place.p_WC()).linear;
-    Vector6 change = (c.force.F_BP_P - pair.release.F_BP_W.shifted(wandered).rotated(c.X_WP.R.transpose())).vector();
+    const Vector3 wandered = c.X_WP.p - last.X_WP.p - advance.time * place.twistAt(place.p_WC()).linear;
+    Vector6 change = (c.force.F_BP_P - last.F_BP_W.shifted(wandered).rotated(c.X_WP.R.transpose())).vector();
     // Nothing damps what slides: all that its force gained would speed up a mass that is shared for the dampers' sake, several times,
     // until friction sees the rate on its other side and gives energy. One contact alone has the whole mass, and settles.
     if (parts > 1 && !c.force.sticking) change.segment<3>(2).setZero();
@@ -137,4 +164,4 @@ void settleForce(const Model& model, const ActivePair& pair, const Advance& adva
   c.force = forceAt({c.V_AB_P.angular + delta.head<3>(), c.V_AB_P.linear + delta.tail<3>()}, c.law, advance);
 }
 
-}  // namespace haptic::stepping
+}  // namespace haptic::comparators

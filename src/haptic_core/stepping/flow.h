@@ -1,0 +1,24 @@
+/// Trees that nothing touches, by themselves: an attempt of an island, and all of a world in which nothing can touch or pull.
+///
+/// A free body goes exactly under gravity; a tree of joints to fourth order while its laws are smooth; both by velocity Verlet
+/// (dynamics/tree_step.h) under applied wrenches. Where limits, friction, drives or loops jump within a step, an implicit first-order
+/// step of the tree keeps them dissipative at any gain (dynamics/tree_motion.h).
+#pragma once
+#include "haptic_core/world/model.h"
+#include "haptic_core/world/report.h"
+#include "haptic_core/world/state.h"
+#include "haptic_core/world/step_parts.h"
+#include "haptic_core/world/work.h"
+
+namespace haptic::stepping {
+
+/// (in realtime) Moves one tree by h [s].
+void flow(const Model& model, int tree, double h, State& state, Work& work, StepReport& report) noexcept;
+
+/// (in realtime) Keeps for the next step the acceleration of a tree that has flowed for h [s] from the velocities `v_start`.
+void keepFlow(const Model& model, int tree, double h, const std::vector<double>& v_start, State& state) noexcept;
+
+/// (in realtime) All trees of a world in which nothing can touch or pull (Model::allFlows).
+void flowAll(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
+
+}  // namespace haptic::stepping

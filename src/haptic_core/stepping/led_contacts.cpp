@@ -1,0 +1,75 @@
+#include "haptic_core/stepping/led_contacts.h"
+
+#include <algorithm>
+
+#include "haptic_core/geometry/volume/contact_moments.h"
+#include "haptic_core/world/contact_evaluation.h"
+
+namespace haptic::stepping {
+namespace {
+
+/// The force of both ends of the part, for readers.
+void reportMean(const LedForce& last, bool touched, ContactReport& contact) noexcept {
+  contact.F_BP_W = contact.F_BP_W * 0.5;
+  if (touched) contact.F_BP_W += last.F_W.shifted(contact.X_WP.p - last.p_W) * 0.5;
+  contact.normal_force = contact.F_BP_W.force.dot(contact.X_WP.R.col(2));
+}
+
+void evaluatePair(const Model& model, int index, double h, State& state, Work& work, Report& report) noexcept {
+  ActivePair& pair = state.pairs[index];
+  ContactWork& contacts = work.contacts;
+  Placement& placement = work.placement;
+  StageTimes& times = report.step.stages;
+  const ContactPlaces places{placement.link.data(), placement.X_WS.data(), work.hands.held_by.data(),
+                             work.hands.acting.empty() ? nullptr : work.hands.bound.data(),
+                             work.hands.acting.empty() ? nullptr : work.hands.pressed.data()};
+  const FrictionMemory before = pair.friction;
+  const LedForce last = pair.led;
+  const bool touched = before.touching != 0;
+  Advance advance;
+  advance.time = advance.run = h;
+  ContactEvaluation c;
+  work.counted.done += model.look(pair.shapeA(), pair.shapeB());
+  const bool overlap = evaluateContact(model, contacts.seams, index, pair, places, before, advance, contacts.workspace, c);
+  work.clock.end(overlap ? times.volume : times.detection);
+  if (!overlap) {
+    pair.friction = {};
+    if (touched && model.settings.energy_ledger) {
+      const Pose X_WP(patchAxes(placement.X_WS[pair.shapeA()].R * before.normal_A), last.p_W);
+      bookLed(work.ledgerView(model), h, pair, before, last, X_WP, state);
+    }
+    pair.led = {};
+    pair.buried = false;
+    return;
+  }
+  const int a = pair.shapeA(), b = pair.shapeB();
+  if (pair.buried) pair.buried = !(c.volume.depth < model.buriedDepth(a, b, c.volume.A0));
+  pair.friction = c.force.memory;
+  pair.friction.elastic_energy = elasticEnergy(c.volume, c.law.material.stiffness, contacts.workspace);
+  pair.led = {c.X_WP.p, c.force.F_BP_P.rotated(c.X_WP.R), c.force.elastic().rotated(c.X_WP.R)};
+  placement.link[model.shapes[b].link].addWrench(pair.led.F_W, c.X_WP.p);
+  placement.link[model.shapes[a].link].addWrench(-pair.led.F_W, c.X_WP.p);
+  if (model.settings.energy_ledger) bookLed(work.ledgerView(model), h, pair, before, last, c.X_WP, state);
+  ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
+  reportMean(last, touched, contact);
+  if (!touched) report.addImpact(-c.V_AB_P.linear.z(), c.law.reduced_mass, h * model.settings.gravity.norm());
+  report.addContact(contact, c.force.clipped);
+  work.clock.end(times.force);
+}
+
+}  // namespace
+
+void evaluateLed(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
+  const auto moves = [&](int shape) { return work.hands.movesByItself(model.trees[model.treeOf(shape)]); };
+  const auto isLed = [&](const ActivePair& pair) { return !moves(pair.shapeA()) && !moves(pair.shapeB()); };
+  report.contacts.clear();
+  work.clock.end(report.step.stages.search);
+  if (std::none_of(state.pairs.begin(), state.pairs.begin() + state.pair_count, isLed)) return;
+  Seams& seams = work.contacts.seams;
+  if (seams.any()) seams.find(state.pairs.data(), nullptr, state.pair_count, work.placement.X_WS.data(), work.contacts.workspace);
+  for (int i = 0; i < state.pair_count; ++i) {
+    if (isLed(state.pairs[i])) evaluatePair(model, i, h, state, work, report);
+  }
+}
+
+}  // namespace haptic::stepping

@@ -1,0 +1,21 @@
+/// Another way to step a world, which the default is held against. None is part of the library: tests, benches and the report have them
+/// (test/comparators). It lies beside the definition: no file of a scene and no binding names one.
+#pragma once
+
+namespace haptic {
+
+class Model;
+struct State;
+struct StepPart;
+struct Work;
+struct Report;
+
+/// Steps whole worlds in place of the rules of stepping/advance.h; one for each world.
+class Comparator {
+ public:
+  virtual ~Comparator() = default;
+  /// (in realtime) Over a part of a step: hands, placement, pairs, contacts, motion, and `Report::contacts`.
+  virtual void advance(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept = 0;
+};
+
+}  // namespace haptic
