@@ -25,6 +25,7 @@ def arguments():
     parser.add_argument('--output', metavar='FOLDER', help='where the study\'s folder is made; here unless given')
     parser.add_argument('--hardware', action='store_true', help='the real device')
     parser.add_argument('--port', metavar='P', default='', help='serial port of its boards; implies --hardware')
+    parser.add_argument('--emulated', action='store_true', help=argparse.SUPPRESS)  # the port's boards are ./run's emulator
     parser.add_argument('--windows', action='store_true', help='a window for the subject and one for the experimenter')
     parser.add_argument('--rviz', action='store_true', help='show the scene to the subject, on a screen of its own where there is one; implies --windows')
     parser.add_argument('--marker-port', metavar='P', default='', help='serial line that gets a byte for each event')
@@ -38,7 +39,7 @@ def provenance(options, study, device, certificates):
     """What a session's file says about how it was made. Nothing about the subject."""
     version = os.environ.get('HAPTIC_VERSION', '')
     return {'device': os.path.splitext(os.path.basename(device))[0], 'device_text': open(device, encoding='utf-8').read(),
-            'wire': 'hardware' if options.hardware or options.port else 'twin', 'simulated': options.simulate,
+            'wire': 'emulated' if options.emulated else 'hardware' if options.hardware or options.port else 'twin', 'simulated': options.simulate,
             'version': version, 'python': platform.python_version(), 'machine': platform.machine(), 'system': platform.platform(),
             'rate': study.rate, 'certificates': certificates}
 

@@ -9,7 +9,9 @@
 #:                   robot from the parameter server of ROS_MASTER_URI
 caller_master=${ROS_MASTER_URI:-http://127.0.0.1:11311}
 . "$(dirname "$0")/parts/start.sh"
-TARGETS='haptic_bridge penalty_sim spidar_driver haptic_msgs_generate_messages_cpp haptic_msgs_generate_messages_py haptic_bridge_gencfg'
+# With what other launch files start, so that a shell that has sourced devel/setup.sh has it.
+TARGETS='haptic_bridge penalty_sim spidar_driver penalty_sim_node spidar_driver_node haptic_msgs_generate_messages_cpp
+  haptic_msgs_generate_messages_py haptic_bridge_gencfg'
 
 # Judges the words of the call; what they stand for is set here and read below.
 read_call() {
@@ -26,8 +28,7 @@ read_call() {
   rviz=${option_rviz:-${option_light:-false}} ground=dark wire='twin' port=$option_port record=''
   [ -z "$option_light" ] || ground=light
   [ -z "$option_hardware$option_port" ] || wire='file'
-  [ -z "$option_emulate" ] || grep -q '^boards:' "$device_file" ||
-    fail "demo: --emulate: $device_file names no boards; take --device uart, or write its boards there"
+  [ -z "$option_emulate" ] || ensure_boards demo "$device_file"
   seconds=$option_seconds
   if [ "$rviz" = true ]; then
     [ -n "${DISPLAY:-}" ] || fail "demo: --rviz needs a display; set DISPLAY, or use xvfb-run ./run demo --rviz"
@@ -72,26 +73,6 @@ tell_results() {
   rm -rf "$run"
 }
 
-# The device's motor boards on a pseudo-terminal, with its twin behind them; the grip is at home until the first drive.
-start_emulator() {
-  local link output waited
-  link=$run/emulated_boards output=$run/emulator.log
-  hold_signals
-  start_keeper
-  setsid "$BUILD/devel/lib/spidar_driver/spidar_board_emulator" --device "$device_file" --link "$link" \
-    --hand touch_cube >"$output" 2>&1 </dev/null 9>&- &
-  keep "$!"
-  let_signals
-  waited=0  # tenths of a second
-  while ! grep -q '^port ' "$output"; do
-    kill -0 "$!" 2>/dev/null || fail "demo: $(tail -n 1 "$output")"
-    [ "$waited" -lt 50 ] || fail "demo: the emulator opened no port within 5 s; see $output"
-    sleep 0.1
-    waited=$((waited + 1))
-  done
-  port=$link wire='file' at_home=true
-}
-
 # A scene whose pointers name the devices `left` and `right` needs two drivers.
 launch_file_for() {  # SCENE_FILE
   if grep -Eq 'device(=|: *)"?left' "$1" && grep -Eq 'device(=|: *)"?right' "$1"; then
@@ -112,7 +93,10 @@ build_stack "$TARGETS"
 use_build
 begin_run
 at_home=false
-[ -z "$option_emulate" ] || start_emulator
+if [ -n "$option_emulate" ]; then
+  start_emulator demo "$device_file" "$run"
+  port=$run/emulated_boards wire='file' at_home=true
+fi
 [ "$wire" = file ] || at_home=true
 master=$(free_port)
 export ROS_MASTER_URI="http://127.0.0.1:$master"

@@ -21,10 +21,13 @@ else
 fi
 [ -z "$option_rviz" ] || [ -n "${DISPLAY:-}" ] || fail "replay: --rviz needs a display; set DISPLAY, or use xvfb-run ./run replay BAG --rviz"
 SETUP_BUILDS=stack
+setup run tools
+copy=$(mktemp -d) || fail "replay: no folder can be made in ${TMPDIR:-/tmp}"
+trap 'stop_children; rm -rf "$copy"' EXIT
+bag=$(python3 -B "$ROOT/penalty_sim/session/cut_recording.py" "$bag" "$copy" 2>"$copy/said") ||
+  fail "replay: $(tail -n 1 "$copy/said")"
+[ ! -s "$copy/said" ] || echo "replay: $(tail -n 1 "$copy/said")" >&2
 if is_mcap "$bag"; then  # the replay reads bags
-  setup run tools
-  copy=$(mktemp -d) || fail "replay: no folder can be made in ${TMPDIR:-/tmp}"
-  trap 'stop_children; rm -rf "$copy"' EXIT
   problem=$(python3 -B "$ROOT/penalty_sim/session/mcap_bag.py" "$bag" "$copy/$(basename "$bag").bag" 2>&1) ||
     fail "replay: $(echo "$problem" | tail -n 1)"
   bag=$copy/$(basename "$bag").bag

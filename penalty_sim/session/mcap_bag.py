@@ -27,6 +27,8 @@ def unreadable(source, error):
     """One line for a rosbag.ROSBagException: why the bag cannot be read, and what to do."""
     if isinstance(error, rosbag.ROSBagUnindexedException):
         return f'{source}: is truncated: it has no index: mend it by: rosbag reindex {source}'
+    if str(error).startswith(source):
+        return str(error)
     return f'{source}: cannot be read as a bag: {error}'
 
 

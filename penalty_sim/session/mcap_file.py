@@ -2,6 +2,7 @@
 
 A file can be read while it grows, and after its writer was killed: whatever chunks are complete are there.
 """
+import os
 import struct
 import zlib
 
@@ -210,6 +211,22 @@ def messages(path, wanted=lambda topic, kind: True):
                     channel, _, log_time, _ = struct.unpack_from('<HIQQ', content)
                     if channels.get(channel):
                         yield (*channels[channel], log_time, content[22:])
+
+
+def complete_bytes(path):
+    """Bytes of a file that ends early up to the end of its last complete record; None: it has its end."""
+    size = os.path.getsize(path)
+    with open(path, 'rb') as file:
+        file.seek(max(0, size - len(MAGIC)))
+        if file.read() == MAGIC and size > len(MAGIC):
+            return None
+        at = len(MAGIC)
+        while True:
+            file.seek(at)
+            head = file.read(9)
+            if len(head) < 9 or at + 9 + struct.unpack('<BQ', head)[1] > size:
+                return min(at, size)
+            at += 9 + struct.unpack('<BQ', head)[1]
 
 
 def is_mcap(path):

@@ -7,6 +7,7 @@ import csv
 import os
 import re
 import subprocess
+import sys
 import tempfile
 
 import numpy as np
@@ -120,12 +121,29 @@ def check_is_file(recording):
         raise Refused(f'{recording}: is a folder; give a bag that ./run demo --record has written')
 
 
+def whole(recording, folder):
+    """The recording, or what is left of one that was cut off, which is said. Raises Refused with one line."""
+    import rosbag
+    import cut_recording
+    import mcap_bag
+    try:
+        path, said = cut_recording.usable(recording, folder)
+    except (mcap_file.Damaged, OSError) as error:
+        raise Refused(str(error)) from error
+    except rosbag.ROSBagException as error:
+        raise Refused(mcap_bag.unreadable(recording, error)) from error
+    if said:
+        print(said, file=sys.stderr)
+    return path
+
+
 @contextlib.contextmanager
 def replayed(recording, program, *options):
     """(a folder with what session_table writes of a bag or MCAP file, the bag). Raises Refused with one line."""
     bag = recording
     check_is_file(bag)
     with tempfile.TemporaryDirectory(prefix='haptic_session_') as folder:
+        bag = whole(bag, folder)
         if mcap_file.is_mcap(bag):
             bag = bag_of(bag, folder)
         done = subprocess.run([program, bag, folder, *options], capture_output=True, text=True, check=False)

@@ -5,6 +5,7 @@ import gzip
 import io
 import os
 import sys
+import tempfile
 
 import numpy as np
 import rosbag
@@ -54,7 +55,8 @@ def write_mcap(options, prefix):
         session_data.check_is_file(options.bag)
         if mcap_bag.mcap_file.is_mcap(options.bag):
             raise session_data.Refused(f'{options.bag} is an MCAP file already')
-        count = mcap_bag.to_mcap(options.bag, path)
+        with tempfile.TemporaryDirectory(prefix='haptic_session_') as folder:
+            count = mcap_bag.to_mcap(session_data.whole(options.bag, folder), path)
         layout = mcap_layout.write_beside(path)
     except session_data.Refused as refusal:
         sys.exit(f'export: {refusal}')

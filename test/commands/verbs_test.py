@@ -1,11 +1,14 @@
 #!/usr/bin/python3
 """What all verbs of ./run share: --help, --version, sections of packages.apt, completion."""
+import glob
 import os
 import re
 import shutil
 import subprocess
 import tempfile
+import time
 import unittest
+import xml.etree.ElementTree
 from random import Random
 
 from run_verb import ROOT, RUN
@@ -138,6 +141,53 @@ class Verbs(unittest.TestCase):
                 self.assertEqual(self.progress('compiling "$1"', str(first.pid)).stdout, "0 haptic_core/unity_world\n")
                 first.stdin.close()
                 other.stdin.close()
+
+    def test_progress_repeats_no_stray_line_of_a_log(self):
+        lines = {"[librospack]: error while parsing /opt/ros/package.xml": "", "k_eff 3 N/m³": "",
+                 "[12/345] Building CXX object a.o": ": [12/345] Building CXX object a.o",
+                 " 7/41 Test #12: core_world ....   Passed": ":  7/41 Test #12: core_world ....   Passed",
+                 "Unpacking python3-rosbag (1.16) ...": ": Unpacking python3-rosbag (1.16) ...",
+                 "[1/2] Building " + "é" * 200: ": [1/2] Building " + "é" * 75}
+        for line, shown in lines.items():
+            with tempfile.NamedTemporaryFile("w", suffix=".log", encoding="utf-8") as log:
+                log.write("before\n" + line + "\n")
+                log.flush()
+                said = self.progress('export LC_ALL=C.UTF-8; progress_line demo "$1" 0 7', log.name).stdout
+                self.assertEqual(said, "demo: 7 s" + shown)
+
+    def test_a_closed_pipe_ends_no_verb(self):
+        parts = os.path.join(VERBS, "parts", "output.sh")
+        for merged in ("", "2>&1"):
+            with tempfile.TemporaryDirectory() as folder:
+                end = os.path.join(folder, "end")
+                work = (f". {parts}; for i in $(seq 20); do echo line $i; python3 -c 'print(1)'; echo told >&2; done; "
+                        f"python3 -c 'print(2)' && echo ended >{end}")
+                said = ask("sh", "-c", f"sh -uc \"$1\" {merged} | head -n 1", "sh", work)
+                self.assertEqual(said.stdout, "line 1\n")
+                self.assertNotIn("roken pipe", said.stderr)
+                for _ in range(100):  # head and with it the shell end first
+                    if os.path.exists(end):
+                        break
+                    time.sleep(0.1)
+                self.assertTrue(os.path.exists(end), "the work went on to its end")
+        kept = subprocess.run(["sh", "-uc", f". {parts}; for i in $(seq 500); do echo $i; echo $i >&2; done"],
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, timeout=60)
+        self.assertEqual(kept.stdout.split(), [str(i) for i in range(1, 501) for _ in "12"], "every line, in its order")
+
+    def test_a_demo_builds_what_the_launch_files_of_the_documents_start(self):
+        with open(os.path.join(VERBS, "demo.sh"), encoding="utf-8") as file:
+            targets = re.search(r"^TARGETS='([^']*)'", file.read(), re.MULTILINE).group(1).split()
+        documents = [os.path.join(ROOT, "README.md"), os.path.join(ROOT, "launch", "README.md")]
+        documents += glob.glob(os.path.join(ROOT, "launch", "doc", "tutorials", "*.md"))
+        started = set()
+        for path in documents:
+            with open(path, encoding="utf-8") as file:
+                for name in re.findall(r"roslaunch haptic_bringup (\w+\.launch)", file.read()):
+                    launch = xml.etree.ElementTree.parse(os.path.join(ROOT, "launch", "launch", name))
+                    started |= {node.get("type") for node in launch.iter("node") if node.get("pkg") in ("penalty_sim", "spidar_driver")}
+        started -= {"mcap_record"}  # a script
+        self.assertIn("spidar_driver_node", started)
+        self.assertEqual(started - set(targets), set())
 
 
 if __name__ == "__main__":

@@ -143,13 +143,19 @@ seconds_left() {  # PLAN LOG ELAPSED RUNNING_CPU_SECONDS
   ' plan="$1" "$ROOT/launch/verbs/parts/build_seconds.txt" "$1" "$2"
 }
 
+# The log's last line where it says how far its program is: of ninja, ctest and apt. Anything else there is not meant for this place.
+step_of() {  # LOG
+  tail -n 1 "$1" | tr -d '\r' | grep -E '^(\[[0-9]+/[0-9]+\] |[ 0-9]+/[0-9]+ Test |(Get:|Unpacking|Setting up|Preparing to unpack) ?)' |
+    sed 's/^\(.\{90\}\).*/\1/'
+}
+
 progress_line() {  # TITLE LOG SESSION ELAPSED: how long it lasts, how long it will, what it waits for
   local line_running line_left line_at
   line_running=$(compiling "$3")
   line_left=$(seconds_left "${2%.log}.plan" "$2" "$4" "${line_running%% *}")
   line_at=${line_running#* }
-  [ -n "$line_running" ] && line_at="compiles $line_at" || line_at=$(tail -n 1 "$2" | tr -d '\r')
-  printf '%s: %d s%s: %.90s' "$1" "$4" "${line_left:+, about $line_left s left}" "$line_at"
+  if [ -n "$line_running" ]; then line_at="compiles $line_at"; else line_at=$(step_of "$2"); fi
+  printf '%s: %d s%s%s' "$1" "$4" "${line_left:+, about $line_left s left}" "${line_at:+: $line_at}"
 }
 
 # Runs a command with its output in a log; says every two seconds how long it has lasted and where it is. With INTERRUPT=gently it

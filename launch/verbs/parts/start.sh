@@ -13,7 +13,7 @@ BUILD=$ROOT/build
 LOGS=$BUILD/log
 FIGURES=$BUILD/figures
 SETUP_BUILDS=''  # targets that a verb builds after its set-up, which says what both cost
-for part in progress packages first_cost build figures names options wasm; do
+for part in output progress packages first_cost build figures names options emulator wasm; do
   # shellcheck disable=SC1090 # parts of this folder
   . "$ROOT/launch/verbs/parts/$part.sh"
 done
