@@ -1,5 +1,5 @@
 """Where a subject is asked and an experimenter steers: a terminal, or windows (windows.py). All speak in events: (kind, value) with
-kinds answer, pause, skip, repeat, abort, stop, calibrate and note."""
+kinds answer, begin, pause, skip, repeat, abort, stop, calibrate and note. STOP does not wait for the session's thread, which may be busy."""
 import os
 import queue
 import select
@@ -10,7 +10,7 @@ import tempfile
 import threading
 import wave
 
-WORDS = {'p': 'pause', 's': 'skip', 'r': 'repeat', 'q': 'abort', 'x': 'stop', 'c': 'calibrate'}
+WORDS = {'p': 'pause', 's': 'skip', 'r': 'repeat', 'q': 'abort', 'c': 'calibrate'}  # and x: STOP
 
 
 class Front:
@@ -18,6 +18,17 @@ class Front:
 
     def __init__(self):
         self.events = queue.Queue()
+        self.on_stop = lambda: None     # ends all force
+        self.status = lambda: ''        # one line for the experimenter: device, force, time left
+
+    def stop(self):
+        """STOP by a key or button: the force ends and both sides see it at once; the session hears of it as an event."""
+        threading.Thread(target=self.on_stop, daemon=True).start()
+        self.state('STOP: the force is off', 'the experimenter goes on with Pause')
+        self.events.put(('stop', ''))
+
+    def state(self, text, detail=''):
+        """To both at once, until the next one: what holds the session, and what ends it. Empty: it goes on."""
 
     def show(self, text, detail=''):
         """To the subject."""
@@ -70,7 +81,7 @@ class TerminalFront(Front):
         super().__init__()
         self.sound, self.open = Tone(), True
         threading.Thread(target=self._read, daemon=True).start()
-        print('keys, each with Enter: 1 or 2 or a number answers; p pause and go on, s skip, r repeat, x STOP, c calibrate, q end, '
+        print('keys, each with Enter: Enter alone begins; 1 or 2 or a number answers; p pause and go on, s skip, r repeat, x STOP, c calibrate, q end, '
               'n TEXT a note')
 
     def _read(self):
@@ -80,6 +91,7 @@ class TerminalFront(Front):
                 continue
             read = os.read(0, 4096)  # readline would keep a second line where select does not see it
             if not read:
+                self.events.put(('begin', ''))  # without a keyboard there is nobody to wait for
                 return
             *lines, rest = (rest + read).split(b'\n')
             for line in lines:
@@ -88,10 +100,17 @@ class TerminalFront(Front):
     def _heed(self, word):
         if word.startswith('n '):
             self.events.put(('note', word[2:]))
+        elif word == 'x':
+            self.stop()
         elif word in WORDS:
             self.events.put((WORDS[word], ''))
-        elif word:
-            self.events.put(('answer', word))
+        else:
+            self.events.put(('answer', word) if word else ('begin', ''))
+
+    def state(self, text, detail=''):
+        if text:
+            self.show(text, detail)
+            self.tell(f'{text}; {detail}' if detail else text)
 
     def show(self, text, detail=''):
         print(text + (f'  ({detail})' if detail else ''), flush=True)

@@ -58,6 +58,9 @@ def sized(study, size):
         study.staircase.reversals = max(2, round(study.staircase.reversals * size))
         study.staircase.discard = min(study.staircase.discard, study.staircase.reversals - 1)
         study.staircase.max_trials = round(study.staircase.max_trials * max(1, size))
+    elif study.adaptive:
+        study.adaptive.max_trials = max(2, round(study.adaptive.max_trials * size))
+        study.adaptive.least_trials = min(study.adaptive.least_trials, study.adaptive.max_trials)
     else:
         study.repetitions = max(1, round(study.repetitions * size))
     return study
@@ -78,7 +81,7 @@ def main(study, options):
             rows = counted(variant, session_rows(variant, f's{number + 1}', nominal_felt(variant), Percept(weber, study.lapse, random)))
             trials.append(len(rows))
             fit, _ = results.fit_rows(variant, rows, seed=number)
-            if fit:
+            if fit and fit.identified:
                 found.append(fit.jnd)
                 widths.append(math.log(fit.jnd_interval[1] / fit.jnd_interval[0]) / 2)
         spread = float(np.std(np.log(found), ddof=1))

@@ -12,7 +12,6 @@ import study as study_file
 from strict_yaml import Refused
 from trial_order import Order
 
-SHAPE = 'normal'
 
 
 @dataclass
@@ -51,6 +50,11 @@ def read(path):
     return session
 
 
+def untouched(study, row, interval):
+    """What should be presented there was not felt."""
+    return study.measure != 'none' and row.get('nominal_' + interval, '') != '' and row.get('presented_' + interval) == ''
+
+
 def why_left_out(study, row):
     if row['status'] != 'ok':
         return row['status']
@@ -60,6 +64,8 @@ def why_left_out(study, row):
         return 'catch'
     if row['within_tolerance'] == '0':
         return 'outside the tolerance'
+    if row.get('contacts') == '0' or (study.task == 'two_interval' and any(untouched(study, row, i) for i in '12')):
+        return 'nothing was touched'
     if study.task not in ('exploration',) and row['response'] == '':
         return 'no answer'
     return ''
@@ -96,7 +102,7 @@ def fit_rows(study, rows, seed=1):
     x, y = judged(study, rows)
     if len(x) == 0:
         return None, (x, y)
-    return psychometric.fit(*psychometric.grouped(x, y), study.lapse / 2, study.lapse / 2, SHAPE, seed=seed), (x, y)
+    return psychometric.fit(*psychometric.grouped(x, y), study.lapse, seed), (x, y)
 
 
 def staircases(session):

@@ -218,6 +218,11 @@ class SessionFolder:
     def next_trial(self):
         return 1 + max((int(row['trial']) for row in self.rows), default=0)
 
+    def elapsed(self):
+        """Seconds of the session up to the end of its last row, however the program ended."""
+        ends = [float(row['onset']) + float(row['duration'] or 0) for row in self.rows if row['onset']]
+        return max([self.info['seconds']] + ends)
+
     def answers(self):
         """Of the accepted trials in order: right, wrong, or None."""
         return [{'1': True, '0': False}.get(row['correct']) for row in self.rows if row['status'] in ACCEPTED]

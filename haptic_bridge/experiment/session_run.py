@@ -37,9 +37,10 @@ class SessionRun:
         """`nominal`: function from a condition to what it should present. `simulate`: seed of a simulated subject, None: a hand."""
         self.study, self.order, self.folder, self.rig, self.front = study, order, folder, rig, front
         self.markers, self.nominal, self.simulate, self.clamp_bits = markers, nominal, simulate, clamp_bits
-        self.notes, self.began, self.trial = [], time.monotonic(), 0
+        self.notes, self.began, self.before, self.trial = [], time.monotonic(), folder.elapsed(), 0
         self.block = None
         rig.on_answer = self._on_answer
+        front.on_stop, front.status = rig.stop, self.status
 
     def _on_answer(self, word):
         if word.startswith('button '):
@@ -49,7 +50,7 @@ class SessionRun:
         self.front.events.put(('answer', word))
 
     def seconds(self):
-        return self.folder.info['seconds'] + time.monotonic() - self.began
+        return self.before + time.monotonic() - self.began
 
     def mark(self, event):
         note = self.markers.send(event, self.trial)
@@ -61,7 +62,7 @@ class SessionRun:
     def run(self):
         """True when all trials are done."""
         total = self.order.expected_trials()
-        self.front.show(self.study.instructions)
+        self.begin()
         while True:
             answers = self.folder.answers()
             trial = self.order.next(answers)
@@ -71,14 +72,54 @@ class SessionRun:
             after = plan[trial.index + 1].name(self.study) if trial.index + 1 < len(plan) else ''
             self.front.progress(len(answers), total, trial.name(self.study), after)
             if trial.rest and self.simulate is None and not self._repeats(trial):
-                self.front.show(f'Rest your hand for {trial.rest:.0f} s.')
-                self.wait(trial.rest)
+                self.break_for(trial.rest)
             self.row(trial)
         self.folder.info['seconds'] = self.seconds()
         self.folder.info['compute_missed'] = self.folder.info.get('compute_missed', 0) + self.rig.compute_missed
         self.folder.finish(True)
         self.front.show('That was all. Thank you.')
         return True
+
+    def begin(self):
+        """The instructions stand until a key says that they were read, also where a session goes on."""
+        again = 'go on' if self.folder.rows else 'begin'
+        self.front.show(self.study.instructions, f'Space or Enter to {again}')
+        if self.simulate is None:
+            self.front.tell(f'the instructions are shown; Enter, Space or Pause to {again}')
+            self.until('begin', 'pause')
+
+    def until(self, *kinds):
+        """Waits for one of these events; the others that make sense meanwhile are heard."""
+        while True:
+            kind, value = self.front.events.get()
+            if kind in kinds:
+                self.front.state('')
+                return
+            if kind == 'abort':
+                raise Aborted()
+            if kind == 'calibrate':
+                self.front.tell(self.rig.calibrate())
+            if kind == 'note':
+                self.notes.append(value)
+
+    def break_for(self, seconds):
+        """A rest for the hand, which skip and repeat end."""
+        self.front.show(f'Rest your hand for {seconds:.0f} s.')
+        try:
+            self.wait(seconds)
+        except (Skipped, Repeated):
+            pass
+        except TrialEnded:
+            self.recover()
+
+    def status(self):
+        """For the experimenter: the device, its force, and the time that is left at the pace so far."""
+        state, done = self.rig.state, [float(row['duration']) for row in self.folder.rows if row['duration']]
+        left = self.order.expected_trials() - len(self.folder.answers())
+        ahead = f', about {left * sum(done) / len(done) / 60:.0f} min left' if done else ''
+        outside = sum(row['status'] == 'outside' or row['within_tolerance'] == '0' for row in self.folder.rows)
+        return (f"{state.message if state else 'no device yet'}; {self.rig.force():.1f} N{ahead}" +
+                (f'; {outside} trials out of tolerance' if outside else ''))
 
     def _repeats(self, trial):
         return any(int(row['order']) == trial.index for row in self.folder.rows)
@@ -87,16 +128,22 @@ class SessionRun:
         """One trial and its row."""
         study = self.study
         self.trial = self.folder.next_trial()
+        self.notes, unready = [], None
+        try:
+            self.ready(trial)
+        except (TrialEnded, Skipped, Repeated) as end:
+            unready = end
         onset = self.seconds()
         row = {'trial': self.trial, 'onset': onset, 'order': trial.index, 'block': trial.block, 'trial_type': trial.kind,
                'condition': trial.name(study), 'track': trial.track, 'comparison': trial.comparison + 1,
                'level': trial.condition.get(study.parameter)}
         self.folder.running(row)
-        self.notes = []
         random = np.random.default_rng(Generator(self.simulate, study.digest, self.order.subject, self.trial).bits()) \
             if self.simulate is not None else None
         self.mark('trial_begin')
         try:
+            if unready:
+                raise unready
             row.update(self.felt(trial, random))
             row['status'] = row.get('status', 'ok')
         except TrialEnded as end:
@@ -111,17 +158,21 @@ class SessionRun:
         self.folder.append(row)
         self.mark('trial_end')
         if row['status'] in ('stopped', 'unplugged', 'interrupted'):
+            self.front.state(f"No force: {row['status']}", 'wait for the experimenter, who goes on with Pause')
             self.front.tell(f"trial {self.trial} {row['status']}: {row['note']}; it is repeated")
             self.recover()
         elif row['status'] not in ACCEPTED:
             self.front.tell(f"trial {self.trial} is {row['status']} and comes again")
 
-    def felt(self, trial, random):
-        """Columns of a trial that came to its end."""
-        study, windows = self.study, []
+    def ready(self, trial):
+        """Before the trial, and not in its time."""
         self.cool()
         if trial.block != self.block:
             self.check_device(trial)
+
+    def felt(self, trial, random):
+        """Columns of a trial that came to its end."""
+        study, windows = self.study, []
         recorder_fresh = True
         for number, condition in enumerate(trial.intervals):
             self.go_home()
@@ -219,7 +270,7 @@ class SessionRun:
             elif kind == 'pause':
                 self.paused()
             elif kind == 'stop':
-                self.rig.stop()
+                raise TrialEnded('stopped', 'STOP by a key')
             elif kind == 'calibrate':
                 self.front.tell(self.rig.calibrate())
             elif kind == 'abort':
@@ -232,20 +283,9 @@ class SessionRun:
     def paused(self):
         """Until the experimenter goes on. The trial that it falls into is repeated."""
         self.mark('pause')
-        self.front.show('A pause.')
-        self.front.tell('paused; pause again to go on')
-        while True:
-            kind, value = self.front.events.get()
-            if kind == 'abort':
-                raise Aborted()
-            if kind == 'stop':
-                self.rig.stop()
-            if kind == 'calibrate':
-                self.front.tell(self.rig.calibrate())
-            if kind == 'note':
-                self.notes.append(value)
-            if kind == 'pause':
-                raise Repeated()
+        self.front.state('A pause', 'Pause again to go on')
+        self.until('pause', 'begin')
+        raise Repeated()
 
     def wait(self, seconds):
         end = time.monotonic() + seconds
@@ -405,14 +445,7 @@ class SessionRun:
     def until_ready(self):
         """The experimenter says that the device is."""
         self.front.tell('press pause to go on when the device is ready; calibrate with the grip held at home where it says so')
-        while True:
-            kind, _ = self.front.events.get()
-            if kind == 'abort':
-                raise Aborted()
-            if kind == 'calibrate':
-                self.front.tell(self.rig.calibrate())
-            if kind == 'pause':
-                return
+        self.until('pause')
 
 
 class Skipped(Exception):

@@ -16,6 +16,7 @@ PROPERTIES = {
 WORDS = {'coupling': ('direct', 'virtual'), 'shown': ('true', 'false')}
 TASKS = ('two_interval', 'two_alternative', 'yes_no', 'magnitude', 'exploration')
 DELAYS = ('pose_delay', 'force_delay')  # of the grip's pose to the pointer, of the force back; in whole ticks of the loop
+METHODS = ('psi', 'quest_plus')
 MEASURES = ('stiffness', 'friction', 'mass', 'none')
 NAME = r'[A-Za-z0-9_]+'
 
@@ -48,6 +49,18 @@ class Staircase:
 
 
 @dataclass
+class Adaptive:
+    """Each level is the one whose answer tells most (psychometric.py). Levels are evenly spaced logarithms of ratios to the standard."""
+    parameter: str
+    method: str              # psi or quest_plus
+    greatest: float          # ratio; the least is its inverse
+    levels: int = 24         # even: the standard itself has no right answer
+    max_trials: int = 80
+    least_trials: int = 20
+    width: float = 0.0       # of the JND's 95 % interval over the JND at which the session ends; 0: it has max_trials
+
+
+@dataclass
 class Study:
     """All of a study's file."""
     path: str
@@ -72,6 +85,7 @@ class Study:
     seed: int
     phases: Phases
     staircase: Staircase = None
+    adaptive: Adaptive = None
     catch_every: int = 0
     break_every: int = 0
     break_seconds: float = 0
@@ -80,12 +94,17 @@ class Study:
     tolerance: float = 0
     repeat_outside: bool = False
     hand: dict = field(default_factory=dict)
-    lapse: float = 0.02
+    lapse: float = 0.03
     force_check: float = 0.8
 
     @property
     def digest(self):
         return hashlib.sha256(self.text.encode()).hexdigest()
+
+    @property
+    def chooses_levels(self):
+        """By the answers, trial by trial."""
+        return self.staircase or self.adaptive
 
     def intervals(self):
         return 2 if self.task == 'two_interval' else 1
@@ -175,11 +194,33 @@ def read_phases(mapping):
     return phases
 
 
-def read_staircase(mapping, task):
+def needs_answers(mapping, task, what):
     if task not in ('two_interval', 'two_alternative', 'yes_no'):
-        raise Refused(f'{mapping.path}:{mapping.node.start_mark.line + 1}: a staircase needs right and wrong answers; '
+        raise Refused(f'{mapping.path}:{mapping.node.start_mark.line + 1}: {what} needs right and wrong answers; '
                       'task: two_interval, two_alternative or yes_no')
-    s = Staircase(parameter=mapping.text('parameter', choices=[k for k, v in PROPERTIES.items() if v[1] is not None]),
+
+
+def number_names():
+    return [name for name, bounds in PROPERTIES.items() if bounds[1] is not None]
+
+
+def read_adaptive(mapping, task):
+    needs_answers(mapping, task, 'an adaptive method')
+    a = Adaptive(parameter=mapping.text('parameter', choices=number_names()), method=mapping.text('method', 'quest_plus', METHODS),
+                 greatest=mapping.number('greatest', low=1.001, high=100))
+    a.levels = mapping.number('levels', 24, 4, 100, whole=True)
+    a.max_trials = mapping.number('max_trials', 80, 2, 2000, whole=True)
+    a.least_trials = mapping.number('least_trials', min(20, a.max_trials), 1, a.max_trials, whole=True)
+    a.width = mapping.number('width', 0.0, 0, 4)
+    if a.levels % 2:
+        mapping.fail('levels', 'is odd, and the one in the middle would be the standard; give an even number')
+    mapping.finish()
+    return a
+
+
+def read_staircase(mapping, task):
+    needs_answers(mapping, task, 'a staircase')
+    s = Staircase(parameter=mapping.text('parameter', choices=number_names()),
                   start=mapping.number('start', low=1.0001, high=100), steps=mapping.numbers('steps', low=1.0001, high=10),
                   least=mapping.number('least', 1.0001, 1.000001, 100))
     s.down = mapping.number('down', 2, 1, 8, whole=True)
@@ -226,16 +267,20 @@ def read(path):
     scene = scene_path(root, root.text('scene'))
     task = root.text('task', choices=TASKS)
     staircase = read_staircase(root.mapping('staircase'), task) if root.has('staircase') else None
+    adaptive = read_adaptive(root.mapping('adaptive'), task) if root.has('adaptive') else None
+    if staircase and adaptive:
+        root.fail('adaptive', 'stands beside a staircase; keep one of the two')
     standard, conditions, parameter = read_conditions(root, task)
-    if staircase:
+    chooses, key = staircase or adaptive, 'staircase' if staircase else 'adaptive'
+    if chooses:
         if conditions:
-            raise Refused(f'{path}: a staircase chooses its own levels; leave factors and conditions out')
-        if staircase.parameter not in standard:
-            root.fail('staircase', f'changes {staircase.parameter}, which the standard has not; '
-                      f'write standard: {{{staircase.parameter}: ...}}')
-        parameter = staircase.parameter
+            raise Refused(f'{path}: {key}: chooses its own levels; leave factors and conditions out')
+        if not standard.get(chooses.parameter):
+            root.fail(key, f'changes {chooses.parameter}, which the standard has not; '
+                      f'write standard: {{{chooses.parameter}: ...}}')
+        parameter = chooses.parameter
     elif not conditions:
-        raise Refused(f'{path}: the study has neither factors, conditions nor a staircase; add one of them')
+        raise Refused(f'{path}: the study has neither factors, conditions, a staircase nor an adaptive method; add one of them')
     catch = root.mapping('catch', None)
     catch_every = catch.number('every', low=2, high=1000, whole=True) if catch else 0
     if catch:
@@ -250,7 +295,7 @@ def read(path):
         repetitions=root.number('repetitions', 1, 1, 1000, whole=True), blocks=root.number('blocks', 1, 1, 100, whole=True),
         practice=root.number('practice', 0, 0, 100, whole=True), order=root.text('order', 'random', ('random', 'latin', 'fixed')),
         seed=root.number('seed', 1, 0, 2**31, whole=True), phases=read_phases(root.mapping('phases', None)), staircase=staircase,
-        catch_every=catch_every)
+        adaptive=adaptive, catch_every=catch_every)
     read_rest(root, study)
     root.finish()
     check(root, study)
@@ -279,7 +324,7 @@ def read_rest(root, study):
                       'stroke': 1e-3 * hand.number('stroke_mm', 12.0, 0, 100), 'period': hand.number('period_s', 1.0, 0.2, 60),
                       'weber': hand.number('weber', 0.1, 0, 10), 'lapse': hand.number('lapse', 0.0, 0, 0.5)}
         hand.finish()
-    study.lapse = root.number('lapse', 0.02, 0, 0.2)
+    study.lapse = root.number('lapse', 0.03, 0, 0.2)
     study.force_check = root.number('force_check_n', 0.8, 0, 2)
 
 
@@ -291,8 +336,8 @@ def check(root, study):
         root.fail('answers', f'are {len(study.answers)}; a {study.task} task has two')
     if study.task != 'exploration' and not study.question:
         root.fail('task', f'is {study.task}, which asks; write question: ...')
-    if study.order == 'latin' and study.staircase:
-        root.fail('order', 'is a Latin square, and a staircase chooses its levels; leave order out')
+    if study.order == 'latin' and study.chooses_levels:
+        root.fail('order', 'is a Latin square, and the levels are chosen by the answers; leave order out')
     changed = set(study.standard) | {k for c in study.conditions for k in c}
     if changed & {'stiffness', 'young_modulus', 'friction', 'damping', 'dissipation', 'mass', 'shown', 'seen_offset'} and not study.target:
         root.fail('scene', f'is changed in {", ".join(sorted(changed - {"rate", "gravity", "name", *DELAYS}))}, but of which links? '

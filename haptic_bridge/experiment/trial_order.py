@@ -7,6 +7,8 @@ import math
 import re
 from dataclasses import dataclass, field
 
+import psychometric
+
 MASK = (1 << 64) - 1
 
 
@@ -138,7 +140,7 @@ class Order:
     def __init__(self, study, subject, session=1, seed=None):
         self.study, self.subject, self.session = study, subject, session
         self.seed = study.seed if seed is None else seed
-        self.plan = None if study.staircase else self._with_catches(self._planned())
+        self.plan = None if study.chooses_levels else self._with_catches(self._planned())
 
     def _words(self, *more):
         return Generator(self.seed, self.subject, self.session, *more)
@@ -216,7 +218,32 @@ class Order:
         """How many there are; of a staircase the most there can be."""
         if self.plan is not None:
             return len(self.plan)
-        return self.study.practice + len(self.study.staircase.tracks) * self.study.staircase.max_trials
+        tracks = len(self.study.staircase.tracks) if self.study.staircase else 1
+        return self.study.practice + tracks * self.study.chooses_levels.max_trials
+
+    def _chosen(self, index, level, random, track=0):
+        """The trial of a level that the answers have chosen; `index` below `practice`: one to practise."""
+        study, practice = self.study, index < self.study.practice
+        value = study.standard[study.parameter] * level
+        trial = Trial(index, 0 if practice else 1, 'practice' if practice else 'main', {study.parameter: value}, track=track, level=level)
+        return self._fill(trial, random.below(2))
+
+    def adapted(self, answers):
+        """The adaptive method after these answers, and the trial after them (None: done)."""
+        study = self.study
+        method = psychometric.Adaptive(study.adaptive, study.lapse)
+        for index in range(len(answers) + 1):
+            if index < study.practice:
+                level = study.adaptive.greatest
+            elif method.done:
+                return method, None
+            else:
+                level = math.exp(method.next_level())
+            if index == len(answers):
+                return method, self._chosen(index, level, self._words('trial', index))
+            if index >= study.practice and answers[index] is not None:
+                method.answer(math.log(level), answers[index] == (level > 1))
+        return method, None
 
     def tracks(self, answers):
         """The staircases after these answers, and the trial after them (None: all done)."""
@@ -232,10 +259,7 @@ class Order:
             track = 0 if practice else open_tracks[random.below(len(open_tracks))]
             level = study.staircase.start if practice else tracks[track].level
             if index == len(answers):
-                value = study.standard[study.staircase.parameter] * level
-                trial = Trial(index, 0 if practice else 1, 'practice' if practice else 'main', {study.staircase.parameter: value},
-                              track=track, level=level)
-                return tracks, self._fill(trial, random.below(2))
+                return tracks, self._chosen(index, level, random, track)
             if not practice and answers[index] is not None:
                 tracks[track].answer(answers[index])
             index += 1
@@ -243,5 +267,5 @@ class Order:
     def next(self, answers):
         """The trial after these answers; None: the session is complete."""
         if self.plan is None:
-            return self.tracks(answers)[1]
+            return (self.tracks if self.study.staircase else self.adapted)(answers)[1]
         return self.plan[len(answers)] if len(answers) < len(self.plan) else None

@@ -15,7 +15,7 @@ SUBJECT_POINTS, EXPERIMENTER_WIDTH = 28, 460
 STRIP_SHARE = 0.22   # of the subject's screen that the text takes, below the scene [1]
 SPACE, STOP_HEIGHT, BUTTON_HEIGHT = 8, 44, 36       # [pixels]
 BUTTONS_AT = 2 * SPACE + STOP_HEIGHT + BUTTON_HEIGHT // 2  # height of the buttons' middle in the experimenter's window
-BUTTONS = (('Pause', 'pause'), ('Repeat', 'repeat'), ('Skip', 'skip'), ('Calibrate', 'calibrate'), ('End', 'abort'))
+BUTTONS = (('Begin, pause', 'pause'), ('Repeat', 'repeat'), ('Skip', 'skip'), ('Calibrate', 'calibrate'), ('End', 'abort'))
 
 
 class Said(QObject):
@@ -24,15 +24,33 @@ class Said(QObject):
     question = pyqtSignal(str, list)
     progress = pyqtSignal(int, int, str, str)
     line = pyqtSignal(str)
+    state = pyqtSignal(str, str)
     ended = pyqtSignal(int)
+
+
+class Banner(QLabel):
+    """What holds the session, in a strip of its own colour above all else."""
+
+    def __init__(self, points):
+        super().__init__()
+        self.setAlignment(Qt.AlignCenter)
+        self.setWordWrap(True)
+        self.setFont(QFont('Sans', points))
+        self.setStyleSheet('background:#b00;color:white;font-weight:bold;padding:10px')
+        self.hide()
+
+    def say(self, text, detail):
+        self.setText(f'{text}\n{detail}' if detail else text)
+        self.setVisible(bool(text))
 
 
 class SubjectWindow(QWidget):
     """Text in the middle; the question waits for a key: 1, 2, or a number and Enter."""
 
-    def __init__(self, events):
+    def __init__(self, events, stop):
         super().__init__()
-        self.events, self.answers, self.asking, self.typed = events, [], False, ''
+        self.events, self.stop, self.answers, self.asking, self.typed = events, stop, [], False, ''
+        self.banner = Banner(SUBJECT_POINTS)
         self.setWindowTitle('study')
         self.setStyleSheet('background:#111;color:#eee')
         self.text, self.detail = QLabel(), QLabel()
@@ -41,6 +59,7 @@ class SubjectWindow(QWidget):
             label.setWordWrap(True)
             label.setFont(QFont('Sans', points))
         layout = QVBoxLayout(self)
+        layout.addWidget(self.banner)
         layout.addStretch()
         layout.addWidget(self.text)
         layout.addWidget(self.detail)
@@ -58,7 +77,9 @@ class SubjectWindow(QWidget):
 
     def keyPressEvent(self, event):  # noqa: N802 (Qt's name)
         if event.key() == Qt.Key_Escape:
-            self.events.put(('stop', ''))
+            self.stop()
+        elif not self.asking and event.key() in (Qt.Key_Space, Qt.Key_Return, Qt.Key_Enter):
+            self.events.put(('begin', ''))
         elif self.asking and self.answers and event.text() in ('1', '2'):
             self.asking = False
             self.events.put(('answer', event.text()))
@@ -79,23 +100,25 @@ class SubjectWindow(QWidget):
 
 
 class ExperimenterWindow(QWidget):
-    def __init__(self, events):
+    def __init__(self, events, stop):
         super().__init__()
-        self.events = events
+        self.events, self.stop = events, stop
+        self.banner, self.status = Banner(14), QLabel()
+        self.status.setWordWrap(True)
         self.setWindowTitle('experimenter')
         self.setMinimumWidth(EXPERIMENTER_WIDTH)
         self.bar, self.now, self.after, self.lines, self.note = QProgressBar(), QLabel('starting'), QLabel(), QPlainTextEdit(), QLineEdit()
         self.lines.setReadOnly(True)
         self.note.setPlaceholderText('a note for this trial, then Enter')
         self.note.returnPressed.connect(self.take_note)
-        stop = QPushButton('STOP (Esc)')
-        stop.setStyleSheet('background:#b00;color:white;font-weight:bold;padding:10px')
-        stop.clicked.connect(lambda: events.put(('stop', '')))
-        stop.setFixedHeight(STOP_HEIGHT)
+        button = QPushButton('STOP (Esc)')
+        button.setStyleSheet('background:#b00;color:white;font-weight:bold;padding:10px')
+        button.clicked.connect(lambda: stop())
+        button.setFixedHeight(STOP_HEIGHT)
         layout = QGridLayout(self)
         layout.setContentsMargins(SPACE, SPACE, SPACE, SPACE)
         layout.setSpacing(SPACE)
-        layout.addWidget(stop, 0, 0, 1, len(BUTTONS))
+        layout.addWidget(button, 0, 0, 1, len(BUTTONS))
         layout.addWidget(self.bar, 2, 0, 1, len(BUTTONS))
         layout.addWidget(self.now, 3, 0, 1, len(BUTTONS))
         layout.addWidget(self.after, 4, 0, 1, len(BUTTONS))
@@ -105,8 +128,10 @@ class ExperimenterWindow(QWidget):
             button.setFixedHeight(BUTTON_HEIGHT)
             button.clicked.connect(lambda _, kind=kind: events.put((kind, '')))
             layout.addWidget(button, 1, column)
-        layout.addWidget(self.note, 5, 0, 1, len(BUTTONS))
-        layout.addWidget(self.lines, 6, 0, 1, len(BUTTONS))
+        layout.addWidget(self.status, 5, 0, 1, len(BUTTONS))
+        layout.addWidget(self.banner, 6, 0, 1, len(BUTTONS))
+        layout.addWidget(self.note, 7, 0, 1, len(BUTTONS))
+        layout.addWidget(self.lines, 8, 0, 1, len(BUTTONS))
 
     def take_note(self):
         if self.note.text().strip():
@@ -123,7 +148,7 @@ class ExperimenterWindow(QWidget):
 
     def keyPressEvent(self, event):  # noqa: N802 (Qt's name)
         if event.key() == Qt.Key_Escape:
-            self.events.put(('stop', ''))
+            self.stop()
 
     def closeEvent(self, event):  # noqa: N802 (Qt's name)
         self.events.put(('abort', ''))
@@ -157,10 +182,12 @@ class WindowFront(Front):
         self.scene = None  # a SceneView, set before `run`: the subject sees the scene
         self.application = QApplication.instance() or QApplication(['experiment'])
         self.sound, self.said, self.code = Tone(), Said(), 0
-        self.subject, self.experimenter = SubjectWindow(self.events), ExperimenterWindow(self.events)
+        self.subject, self.experimenter = SubjectWindow(self.events, self.stop), ExperimenterWindow(self.events, self.stop)
         self.said.text.connect(self.subject.show_text)
         self.said.question.connect(self.subject.ask)
         self.said.progress.connect(self.experimenter.show_progress)
+        for window in (self.subject, self.experimenter):
+            self.said.state.connect(window.banner.say)
         self.said.line.connect(self.experimenter.lines.appendPlainText)
         self.said.ended.connect(self.end)
 
@@ -176,6 +203,9 @@ class WindowFront(Front):
     def tell(self, line):
         super().tell(line)
         self.said.line.emit(line)
+
+    def state(self, text, detail=''):
+        self.said.state.emit(text, detail)
 
     def tone(self):
         self.sound.play()
@@ -200,6 +230,7 @@ class WindowFront(Front):
             signal.signal(number, lambda *_: self.events.put(('abort', '')))
         heed = QTimer()  # Python hears a signal only while it runs
         heed.timeout.connect(self.keep_keys)
+        heed.timeout.connect(lambda: self.experimenter.status.setText(self.status()))
         heed.start(200)
         self.experimenter.show()
         self.experimenter.raise_()

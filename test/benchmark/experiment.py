@@ -91,14 +91,14 @@ def fits(options):
         percept = Percept(weber, study.lapse, np.random.default_rng(Generator('percept', number).bits()))
         rows = power.counted(study, power.session_rows(study, f's{number + 1}', power.nominal_felt(study), percept))
         fit, _ = results.fit_rows(study, rows, seed=number)
-        if fit is None:
+        covered += fit is not None and fit.jnd_interval[0] <= true <= fit.jnd_interval[1]
+        if fit is None or not fit.identified:
             none += 1
             continue
         found.append(fit.jnd)
-        covered += fit.jnd_interval[0] <= true <= fit.jnd_interval[1]
     error = 100 * (np.array(found) / true - 1)
     print(f'{options.percepts} percepts of JND {true:.4f}, 280 trials each: mean {error.mean():+.2f} % (s.e. '
-          f'{error.std(ddof=1) / np.sqrt(len(error)):.2f}), median {np.median(error):+.2f} %, {none} without a fit')
+          f'{error.std(ddof=1) / np.sqrt(len(error)):.2f}), median {np.median(error):+.2f} %, {none} not identified')
     figure('jnd_bias_pct', abs(error.mean()), '%')
     figure('interval_coverage_pct', 100 * covered / options.percepts, '%')
 
@@ -116,7 +116,7 @@ def subjects(options):
             fit, _ = results.fit_rows(study, rows, seed=number)
             hit = fit is not None and fit.jnd_interval[0] <= JND_PER_WEBER * weber <= fit.jnd_interval[1]
             inside += hit
-            found = f'JND {fit.jnd:.4f} ({fit.jnd_interval[0]:.4f} to {fit.jnd_interval[1]:.4f})' if fit else 'no fit'
+            found = fit.jnd_text() if fit else 'no fit'
             print(f's{number + 1}: {len(rows)} trials, {found}', flush=True)
     figure('subjects_within', inside, f'of_{options.subjects}')
 

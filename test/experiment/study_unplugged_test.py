@@ -58,6 +58,7 @@ class Unplugged(unittest.TestCase):
         self.run_ = subprocess.Popen([RUN, *self.words, '--marker-port', os.ttyname(self.terminal), *more], stdin=subprocess.PIPE,
                                      stdout=self.log, stderr=self.log, text=True)
         self.addCleanup(self.end, self.run_)
+        self.type('')  # the instructions were read
         self.until(lambda: 'press pause to go on' in self.said(), 'a device that is not calibrated')
         self.assertIn('no force yet', self.said())
         self.waited = 1
