@@ -80,7 +80,8 @@ the pictures again. Stills in rviz: [pictures of the scenes](../pictures/README.
 def readme():
     """The gallery's README: a row for each scene that has its picture."""
     there = [name for name in SHOWS if os.path.exists(os.path.join(GALLERY, name + ".webp"))]
-    return HEAD + "".join(f"| `{name}` | {SHOWS[name]} `./run demo --scene {name} --rviz` ![{name}]({name}.webp) |\n" for name in there)
+    seen = lambda name: SHOWS[name].replace("`", "").rstrip(".")  # noqa: E731
+    return HEAD + "".join(f"| `{name}` | {SHOWS[name]} `./run demo --scene {name} --rviz` ![{seen(name)}]({name}.webp) |\n" for name in there)
 
 
 def scenes():

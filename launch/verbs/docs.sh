@@ -23,6 +23,8 @@ if [ -n "$without" ]; then  # links lead there
     >"$BUILD/docs/html/touch.html"
 fi
 python3 -B "$site/links.py" --complete "$BUILD/docs/html"
+python3 -B "$site/search_pages.py" "$BUILD/docs/html" >>"$kept"
+grep '^docs: ' "$kept"
 python3 -B "$site/links.py" "$BUILD/docs/html" >>"$kept"
 code=$?
 grep '^dead link' "$kept"

@@ -38,7 +38,7 @@ class Gallery(unittest.TestCase):
         self.assertIn("touch_cube", scenes)
         pictures = {name[:-4] for name in os.listdir(take_pictures.PICTURES) if name.endswith(".png")}
         with open(os.path.join(take_pictures.PICTURES, "README.md"), encoding="utf-8") as page:
-            rows = re.findall(r"^\| `(\w+)` \| \S.*!\[\1\]\(\1\.png\) \|$", page.read(), re.MULTILINE)
+            rows = re.findall(r"^\| `(\w+)` \| \S.*!\[[^\]]{20,}\]\(\1\.png\) \|$", page.read(), re.MULTILINE)
         self.assertEqual(pictures, scenes, "run launch/doc/take_pictures.py SCENE")
         self.assertEqual(sorted(rows), sorted(scenes), "one line per scene in launch/doc/pictures/README.md")
         for name in pictures:
@@ -51,7 +51,7 @@ class Gallery(unittest.TestCase):
             page = file.read()
         self.assertEqual(page, make_gallery.readme(), "run launch/doc/make_gallery.py SCENE, which writes the page")
         pictures = sorted(name[:-5] for name in os.listdir(make_gallery.GALLERY) if name.endswith(".webp"))
-        rows = re.findall(r"^\| `(\w+)` \| \S.*\. `\./run demo --scene \1 --rviz` !\[\1\]\(\1\.webp\) \|$", page, re.MULTILINE)
+        rows = re.findall(r"^\| `(\w+)` \| \S.*\. `\./run demo --scene \1 --rviz` !\[[^\]]{20,}\]\(\1\.webp\) \|$", page, re.MULTILINE)
         self.assertEqual(sorted(rows), pictures)
         self.assertEqual(pictures, scenes, "run launch/doc/make_gallery.py SCENE")
         sizes = []

@@ -11,6 +11,7 @@ import sys
 
 SITE_ALONE = re.compile(r"<!-- site: (.*?) -->")  # what only the site has, such as a link to a page that is made with it
 LINKED_PICTURE = re.compile(r"\[!\[([^\]]*)\]\(([^)\s]+)\)\]\(([^)\s]+)\)")  # which Doxygen shows as text where it is a WebP
+PICTURE = re.compile(r"!\[([^\]]*)\]\(([^)\s]+)\)")  # whose alternative text Doxygen drops
 LINK = re.compile(r"\[([^\]]*)\]\((?!doc/)([\w/]+)\.md\)")
 
 
@@ -23,9 +24,16 @@ def page_name(place):
     return "md_" + name.replace("_", "__").replace(os.sep, "_2")
 
 
+def image(found):
+    """As HTML, in one line: Doxygen shows the text of its own pictures below them, or not at all."""
+    told = " ".join(found.group(1).split()).replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
+    return f'<img src="{found.group(2)}" alt="{told}"/>'
+
+
 def as_doxygen_reads(path, text):
     text = SITE_ALONE.sub(r"\1", text)
-    text = LINKED_PICTURE.sub(r'<a href="\3"><img src="\2" alt="\1"/></a>', text)
+    text = LINKED_PICTURE.sub(lambda found: f'<a href="{found.group(3)}">{image(found)}</a>', text)
+    text = PICTURE.sub(image, text)
     folder = os.path.dirname(os.path.relpath(path))
     if not folder or os.path.basename(path) != "README.md":
         return text
