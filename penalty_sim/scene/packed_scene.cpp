@@ -8,7 +8,7 @@ namespace haptic {
 namespace {
 
 /// Another number where the order of the parts is another.
-constexpr char kSceneFormat[] = "haptic scene, packed: 5\n", kSessionFormat[] = "haptic session, packed: 6\n";
+constexpr char kSceneFormat[] = "haptic scene, packed: 6\n", kSessionFormat[] = "haptic session, packed: 7\n";
 
 /// A program whose structs have other fields reads another world.
 void check(const PackedScene& scene, const std::string& where) {

@@ -153,13 +153,13 @@ void readCoupling(const XmlElement& tag, const std::string& where, PointerCoupli
 void addPointer(const PointerSettings& settings, LoadContext& context) {
   const std::string& where = settings.where;
   WorldDef& world = context.scene.world;
-  const FramePlace& frame = settings.frame;
+  const FramePlace frame = findFrame(context, settings.link, where);
   if (frame.articulation < 0)
     throw SetupError(where, "the world cannot be a pointer", "name a link that moves");
   const ArticulationDef& articulation = world.articulations[frame.articulation];
   const LinkDef& link = articulation.links[frame.link];
   if (link.joint.type == JointType::kFixed) {
-    throw SetupError(where, "link '" + link.name + "' is fixed",
+    throw SetupError(where, "link '" + settings.link + "' is fixed",
                      "a pointer needs a joint that moves, e.g. floating");
   }
   if (!isTopicName(settings.device))
@@ -186,12 +186,12 @@ void addPointer(const PointerSettings& settings, LoadContext& context) {
   hand.device = settings.device;
   hand.pointer = static_cast<int>(world.pointers.size());
   hand.workspace.scale = settings.scale;
-  hand.workspace.X_WB = settings.X_WB ? *settings.X_WB : initialPoses(articulation)[frame.link];
+  hand.workspace.X_WB = settings.X_WB ? *settings.X_WB : initialPoses(articulation)[frame.link] * frame.X_LF;
   hand.force_scale = settings.force_scale;
   hand.delay = settings.delay;
   hand.path = repeated(settings.path.keys.empty() ? handPath("touch_cube") : settings.path, settings.repeat);
   context.scene.hands.push_back(hand);
-  world.pointers.push_back({settings.device, frame.articulation, frame.link, settings.coupling});
+  world.pointers.push_back({settings.device, frame.articulation, frame.link, settings.coupling, frame.X_LF, settings.link});
 }
 
 void readPointer(const RobotFile& robot, const XmlElement& tag, const ModelSettings& model,
@@ -202,7 +202,7 @@ void readPointer(const RobotFile& robot, const XmlElement& tag, const ModelSetti
   refuseUnknownAttributes(file, tag,
                           {"link", "device", "scale", "force_scale", "pose_delay", "force_delay", "coupling", "stiffness", "damping",
                            "rotational_stiffness", "rotational_damping", "axes", "xyz", "rpy", "path", "repeat"});
-  settings.frame = findFrame(context, model.prefix + readName(file, tag, "link"), settings.where);
+  settings.link = model.prefix + readName(file, tag, "link");
   if (tag.Attribute("device")) settings.device = readName(file, tag, "device");
   settings.scale = readNumber(file, tag, "scale").value_or(1);
   settings.force_scale = readNumber(file, tag, "force_scale").value_or(1);
@@ -263,7 +263,7 @@ void addDefaultPointer(LoadContext& context) {
   context.scene.visuals.push_back(visual);
   PointerSettings settings;
   settings.where = context.scene.file;
-  settings.frame = context.frames[name];
+  settings.link = name;
   settings.path.keys = pressAndSlide();
   if (waits) settings.path.keys.resize(1);
   settings.repeat = kRepeat;

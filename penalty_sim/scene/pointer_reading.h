@@ -19,7 +19,7 @@ struct PointerSettings {
   std::string where;  ///< file and line, for errors
   /// Name that the device's driver goes by.
   std::string device = "spidar";
-  FramePlace frame;  ///< of the link that the hand moves
+  std::string link;  ///< that the hand moves, with its model's prefix
   /// Direct, or by spring and damper.
   PointerCoupling coupling;
   /// World metres per grip metre, and hand newtons per world newton.

@@ -75,7 +75,7 @@ void applyList(const SceneList& list, LoadContext& context) {
     PointerSettings settings;
     settings.where = device.where;
     settings.device = device.device;
-    settings.frame = findFrame(context, device.link, device.where);
+    settings.link = device.link;
     settings.coupling = device.coupling;
     settings.scale = device.scale;
     settings.force_scale = device.force_scale;

@@ -91,11 +91,12 @@ void VelocityVerlet::pullCoupled(const Model& model, const StepPart& part, bool 
     const PointerState& pointer = state.pointers[i];
     if (model.holds(i)) continue;
     LinkWork& link = work.placement.link[pointer.link];
-    const HeldGoal& goal = hands.goal[i];
-    const Wrench F_W = couplingForce(hands.coupling[i], goal.p_WL, goal.q_WL, goal.V_WL, link);
-    link.addWrench(F_W, link.X_WL.p);
+    const Pose X_LP = model.pointerFrame(i, pointer.link);
+    const Vector3 p_WP = link.X_WL * X_LP.p;
+    const Wrench F_W = couplingForce(hands.coupling[i], X_LP, hands.goal[i], link);
+    link.addWrench(F_W, p_WP);
     if (!advances) continue;
-    if (hands.held_by[pointer.link] < 0) state.energy.external += part.h * power(F_W, link.twistAtOrigin());
+    if (hands.held_by[pointer.link] < 0) state.energy.external += part.h * power(F_W, link.twistAt(p_WP));
     hands.wrench[i] += -(F_W * part.share);
   }
 }

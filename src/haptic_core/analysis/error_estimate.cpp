@@ -38,8 +38,8 @@ void moveHands(World& shadow, const std::vector<PointerState>& start, int k, dou
   for (std::size_t i = 0; i < start.size(); ++i) {
     const PointerState& hand = start[i];
     if (!hand.targeted) continue;
-    const Quaternion turned = rotationFromVector(k * h * hand.V_WL.angular) * hand.q_WL;
-    shadow.setPointerTarget(static_cast<int>(i), Pose(turned, hand.p_WL + k * h * hand.V_WL.linear), hand.V_WL);
+    const Quaternion turned = rotationFromVector(k * h * hand.V_WP.angular) * hand.q_WP;
+    shadow.setPointerTarget(static_cast<int>(i), Pose(turned, hand.p_WP + k * h * hand.V_WP.linear), hand.V_WP);
   }
 }
 

@@ -113,7 +113,7 @@ HandCertificate certifyHand(const WorldDef& def, int pointer, const HandMapping&
   const int link = model.link(hand.articulation, hand.link);
   const double period = def.settings.step, wire = loopDelay(period, device.delay_s), delay = wire + mapping.delay;
   HandCertificate c;
-  c.pointer = model.links[link].name;
+  c.pointer = hand.name.empty() ? model.links[link].name : hand.name;
   c.press = press;
   c.rate = 1 / period;
   c.alone = largestWallStiffness(device.grip_damping, 0, period, delay);

@@ -59,7 +59,7 @@ LoopCommand::Kind kindAt(std::size_t index, const std::vector<double>& numbers, 
 }
 
 /// Another number where the order of the parts is another.
-constexpr char kBodiesFormat[] = "haptic bodies, packed: 1\n";
+constexpr char kBodiesFormat[] = "haptic bodies, packed: 2\n";
 
 /// Contents of a ChangeBodies.
 struct PackedBodies {

@@ -157,7 +157,7 @@ void Hand::couple(World& world, double h) noexcept {
     device_.beginAnew(settings_.soft_start_s);
     given_B_ = Wrench{};
     pushed_line_.fill({});  // of another state of the world
-    map_.rebase(world.linkPose(world.pointerLink(pointer_)), rebase_, settings_.soft_start_s);
+    map_.rebase(world.pointerPose(pointer_), rebase_, settings_.soft_start_s);
     rebase_ = Rebase::kNone;
   }
   const bool held = clutch_held_ || pressed(settings_.clutch_button);
@@ -204,9 +204,10 @@ void Hand::bear(World& world) const noexcept {
 /// The law for this hand. Who feels anything has the device's own rate.
 ForceSlew Hand::slewOf(const World& world) const noexcept {
   const Model& model = world.model();
-  const ModelLink& link = model.links[static_cast<std::size_t>(world.pointerLink(pointer_))];
+  const int held = world.pointerLink(pointer_);
+  const ModelLink& link = model.links[static_cast<std::size_t>(held)];
   const LinkModel& body = model.trees[static_cast<std::size_t>(link.articulation)].model->link(link.local);
-  const double reach = link.size + (body.p_LO + body.p_OC).norm();  // from the link's origin
+  const double reach = link.size + (body.p_LO + body.p_OC - model.pointerFrame(pointer_, held).p).norm();  // from the pointer's origin
   return {stableStiffness(), reach / settings_.workspace.scale, feelsAnything() ? device_.settings().force_slew : kForceRate};
 }
 

@@ -169,7 +169,7 @@ class Trial {
     last_ = now;
   }
 
-  Pose toolPose() const { return world_.linkPose(world_.pointerLink(pointer_)); }
+  Pose toolPose() const { return world_.pointerPose(pointer_); }
 
   /// Work of the wrench F on its way from one pose to the next [J].
   static double work(const Wrench& F, const Pose& from, const Pose& to) {

@@ -29,6 +29,15 @@ void eachNumber(const ContactMaterial& material, Visit&& visit) {
   });
 }
 
+/// Without the frame where it is the link's own: recordings keep the fingerprint that they had before pointers had frames.
+template <class Visit>
+void eachNumber(const PointerDef& pointer, Visit&& visit) {
+  const bool own = pointer.X_LP.R.isIdentity(0) && pointer.X_LP.p.isZero(0);
+  PointerDef::eachField(pointer, [&](const auto& field) {
+    if (static_cast<const void*>(&field) != &pointer.X_LP || !own) eachNumber(field, visit);
+  });
+}
+
 std::uint64_t fingerprint(const WorldDef& def) {
   std::uint64_t hash = hashFields(kHashStart, def);
   // Lengths, which tell lists apart that hold the same numbers one after the other.

@@ -19,8 +19,8 @@ void aimCouplings(const Model& model, const State& state, Work& work) noexcept {
     coupling.link = !model.holds(static_cast<int>(i)) && pointer.targeted ? pointer.link : -1;
     if (coupling.link < 0) continue;
     coupling.law = work.hands.coupling[i];
-    coupling.X_WL = Pose(work.hands.goal[i].q_WL, work.hands.goal[i].p_WL);
-    coupling.V_WL = work.hands.goal[i].V_WL;
+    coupling.X_LP = model.pointerFrame(static_cast<int>(i), pointer.link);
+    coupling.target = work.hands.goal[i];
     coupling.F_W = Wrench{};
   }
 }

@@ -44,12 +44,19 @@ ForcePower powerOf(const FrozenProblem& problem, const HeldLinks& held, const Li
   return sum;
 }
 
+/// Of the origin of the pointer's frame.
+Twist twistOf(const ImplicitCoupling& coupling, const LinkWork* links) noexcept {
+  const LinkWork& link = links[coupling.link];
+  return link.twistAt(link.X_WL * coupling.X_LP.p);
+}
+
 /// The target moves at its own velocity, so that a stage inside the step sees it where it is then, `left` before the end.
 void pull(double left, LinkWork& link, ImplicitCoupling& coupling) noexcept {
-  const Vector3 p_WT = coupling.X_WL.p - left * coupling.V_WL.linear;
-  const Quaternion back = rotationFromVector(-left * coupling.V_WL.angular);
-  coupling.F_W = couplingForce(coupling.law, p_WT, back * Quaternion(coupling.X_WL.R), coupling.V_WL, link);
-  link.addWrench(coupling.F_W, link.X_WL.p);
+  HeldGoal then = coupling.target;
+  then.p_WL -= left * then.V_WL.linear;
+  then.q_WL = rotationFromVector(-left * then.V_WL.angular) * then.q_WL;
+  coupling.F_W = couplingForce(coupling.law, coupling.X_LP, then, link);
+  link.addWrench(coupling.F_W, link.X_WL * coupling.X_LP.p);
 }
 
 }  // namespace
@@ -93,9 +100,10 @@ void freezeForces(const Model& model, const std::vector<char>& moved, double g, 
     if (!moves_on) continue;
     ImplicitCoupling& coupling = forces.couplings[frozen.source];
     LinkWork& link = links[frozen.link_b];
-    const CouplingMatrices c = matricesOf(coupling.law, link.X_WL.R, coupling.X_WL.R);
+    const Pose X_WP = link.X_WL * coupling.X_LP;
+    const CouplingMatrices c = matricesOf(coupling.law, X_WP.R, coupling.target.q_WL.toRotationMatrix() * coupling.X_LP.R);
     LinkForce now;
-    now.p_WA = now.p_WB = link.X_WL.p;
+    now.p_WA = now.p_WB = X_WP.p;
     now.turn_K = c.rotational_stiffness, now.turn_D = c.rotational_damping;
     now.way_K = c.stiffness, now.way_D = c.damping;
     frozen.freeze(now, g, false);
@@ -110,7 +118,7 @@ void carryForces(const FrozenProblem& problem, const HeldLinks& held, const Link
     ImplicitCoupling& coupling = forces.couplings[frozen.source];
     const Twist V = problem.twistOf(frozen, u);
     coupling.F_W += Wrench{-(1 / g) * (frozen.turn * V.angular), -(1 / g) * (frozen.way * V.linear)};
-    coupling.V_link = links[frozen.link_b].twistAtOrigin() + V;
+    coupling.V_WP = twistOf(coupling, links) + V;
   }
   if (forces.any) forces.power = powerOf(problem, held, links, g, u, forces);
 }
@@ -119,7 +127,7 @@ double addSupply(const FrozenProblem& problem, const HeldLinks& held, const Link
                  double sum) noexcept {
   for (const FrozenForce& frozen : problem.forces) {
     const int element = elementOf(frozen, forces);
-    sum += element < 0 ? power(forces.couplings[frozen.source].F_W, links[frozen.link_b].twistAtOrigin())
+    sum += element < 0 ? power(forces.couplings[frozen.source].F_W, twistOf(forces.couplings[frozen.source], links))
                        : suppliedTo(forces.element[element], frozen, held, links);
   }
   return sum;

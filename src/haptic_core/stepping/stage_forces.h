@@ -15,10 +15,10 @@ namespace haptic {
 struct ImplicitCoupling {
   PointerCoupling law;  ///< with nothing left to derive
   int link = -1;        ///< -1: no target yet, or the hand prescribes the motion
-  Pose X_WL;            ///< target at the end of the step
-  Twist V_WL;           ///< of the target
-  Wrench F_W;           ///< on the link, about its frame's origin: at the end of the stage
-  Twist V_link;         ///< of the link's origin then
+  Pose X_LP;            ///< the pointer's frame, at whose origin spring and damper act
+  HeldGoal target;      ///< of the link at the end of the step
+  Wrench F_W;           ///< on the link, about P's origin: at the end of the stage
+  Twist V_WP;           ///< of P's origin then
 };
 
 }  // namespace haptic

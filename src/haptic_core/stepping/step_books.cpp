@@ -106,7 +106,7 @@ void gather(const ImplicitStage& stage, StageWrenches& found, StepBooks& books) 
   }
   for (std::size_t p = 0; p < stage.forces.couplings.size(); ++p) {
     found.coupling[p] = stage.forces.couplings[p].F_W;
-    found.V_coupled[p] = stage.forces.couplings[p].V_link;
+    found.V_coupled[p] = stage.forces.couplings[p].V_WP;
   }
   found.forces = stage.forces.power;
 }

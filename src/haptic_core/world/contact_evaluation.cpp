@@ -52,8 +52,11 @@ void placeContact(const Model& model, const ActivePair& pair, const ContactPlace
   if (pair.buried) out.law = model.recoveryLaw(out.law, a, b, out.volume);
   for (const int link : {A.link, B.link}) {
     if (!places.bound || places.held_by[link] < 0) continue;
-    const Vector3 arm_W = out.X_WP.p - places.link[link].X_WL.p;
-    boundLaw(places.bound[places.held_by[link]], model.settings.step, pair.friction, places.X_WS[a].R, arm_W, out.volume, out.law);
+    const int lead = places.held_by[link];
+    const bool in_hand = lead < static_cast<int>(model.pointers.size());
+    const Vector3 p_LH = in_hand ? model.pointerFrame(lead, link).p : Vector3::Zero().eval();
+    const Vector3 arm_W = out.X_WP.p - places.link[link].X_WL * p_LH;
+    boundLaw(places.bound[lead], model.settings.step, pair.friction, places.X_WS[a].R, arm_W, out.volume, out.law);
   }
 }
 

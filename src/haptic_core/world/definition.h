@@ -172,15 +172,17 @@ struct PointerCoupling {
   }
 };
 
-/// The link that a hand moves.
+/// The frame of a link that a hand moves.
 struct PointerDef {
   std::string device = "spidar";            ///< name of the device that drives it
   int articulation = -1, link = -1;         ///< the link
   PointerCoupling coupling;                 ///< how it follows the hand
+  Pose X_LP;                                ///< the pointer's frame P in the link: where the named frame is that was merged into it
+  std::string name;                         ///< of that frame; empty: the link's
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.articulation), visit(s.link), visit(s.coupling);
+    visit(s.articulation), visit(s.link), visit(s.coupling), visit(s.X_LP);
   }
 };
 

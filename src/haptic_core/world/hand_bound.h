@@ -61,7 +61,7 @@ inline constexpr double kForceRate = 100;
 struct PointerBound {
   double stiffness = std::numeric_limits<double>::infinity();  ///< K_max of a wall, K of a virtual coupling [N/m]
   double force = std::numeric_limits<double>::infinity();      ///< [N]: beyond it a held link stays behind its hand, a spring gives it
-  double torque = std::numeric_limits<double>::infinity();     ///< [N·m], about the link frame's origin: likewise
+  double torque = std::numeric_limits<double>::infinity();     ///< [N·m], about the pointer frame's origin: likewise
   double damping = std::numeric_limits<double>::infinity();  ///< largest damper of a virtual coupling [N·s/m]; infinite: its own
   double press = 0;              ///< greatest force ever [N], that surfaces carry under a virtual coupling's link; 0: as they are
   double lag = 0;                ///< τ of the loop [s]; less than kLeastLag steps counts as those

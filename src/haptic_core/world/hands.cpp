@@ -79,10 +79,10 @@ void checkGrab(const Model& model, const HandWork& hands, int pointer, int link)
 
 void grab(const Model& model, const Placement& placement, int pointer, int link, State& state, HandWork& hands) noexcept {
   PointerState& hand = state.pointers[pointer];
-  const Pose& X_WL = placement.link[link].X_WL;
+  const Pose X_WP = placement.link[link].X_WL * model.pointerFrame(pointer, link);
   hand.link = link;
-  hand.p_WL = X_WL.p;
-  hand.q_WL = Quaternion(X_WL.R);
+  hand.p_WP = X_WP.p;
+  hand.q_WP = Quaternion(X_WP.R);
   hand.targeted = false;
   refreshHands(model, state, hands);
 }
@@ -100,11 +100,11 @@ void findActing(const Model& model, State& state, HandWork& hands) noexcept {
   for (int lead = static_cast<int>(model.pointers.size()); lead < model.leads(); ++lead) hands.leading.push_back(lead);
 }
 
-void aim(PointerState& pointer, const Pose& X_WL, const Twist& V_WL) noexcept {
-  if (!X_WL.p.allFinite() || !X_WL.R.allFinite() || !V_WL.angular.allFinite() || !V_WL.linear.allFinite()) return;
-  pointer.p_WL = X_WL.p;
-  pointer.q_WL = Quaternion(X_WL.R);
-  pointer.V_WL = V_WL;
+void aim(PointerState& pointer, const Pose& X_WP, const Twist& V_WP) noexcept {
+  if (!X_WP.p.allFinite() || !X_WP.R.allFinite() || !V_WP.angular.allFinite() || !V_WP.linear.allFinite()) return;
+  pointer.p_WP = X_WP.p;
+  pointer.q_WP = Quaternion(X_WP.R);
+  pointer.V_WP = V_WP;
   if (!pointer.targeted) pointer.pull_W = Wrench{}, pointer.pulled_W = Twist{};  // of an earlier pull, perhaps on another link
   pointer.targeted = true;
 }
@@ -159,29 +159,32 @@ void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& 
   }
 }
 
-CouplingMatrices matricesOf(const PointerCoupling& c, const Matrix3& R_WL, const Matrix3& R_WT) noexcept {
-  const Matrix3& R = c.axes == PointerCoupling::Axes::kLink ? R_WL : R_WT;
+CouplingMatrices matricesOf(const PointerCoupling& c, const Matrix3& R_WP, const Matrix3& R_WT) noexcept {
+  const Matrix3& R = c.axes == PointerCoupling::Axes::kLink ? R_WP : R_WT;
   return {c.stiffness * c.along_stiffness.in(R), c.damping * c.along_damping.in(R), c.rotational_stiffness * c.about_stiffness.in(R),
           c.rotational_damping * c.about_damping.in(R)};
 }
 
-Wrench couplingForce(const PointerCoupling& c, const Vector3& p_WT, const Quaternion& q_WT, const Twist& V_WT,
-                     const LinkWork& link) noexcept {
-  const Twist V = link.twistAtOrigin();
-  const Vector3 turn = vectorFromRotation(q_WT * Quaternion(link.X_WL.R).conjugate());
-  const CouplingMatrices m = matricesOf(c, link.X_WL.R, q_WT.toRotationMatrix());
+Wrench couplingForce(const PointerCoupling& c, const Pose& X_LP, const HeldGoal& T, const LinkWork& link) noexcept {
+  const Pose X_WP = link.X_WL * X_LP;
+  const Matrix3 R_WT = T.q_WL.toRotationMatrix();
+  const Vector3 p_TP = R_WT * X_LP.p;
+  const Twist V = link.twistAt(X_WP.p), V_WT = T.V_WL.shifted(p_TP);
+  const Vector3 turn = vectorFromRotation(T.q_WL * Quaternion(link.X_WL.R).conjugate());
+  const CouplingMatrices m = matricesOf(c, X_WP.R, R_WT * X_LP.R);
   return {m.rotational_stiffness * turn + m.rotational_damping * (V_WT.angular - V.angular),
-          m.stiffness * (p_WT - link.X_WL.p) + m.damping * (V_WT.linear - V.linear)};
+          m.stiffness * (T.p_WL + p_TP - X_WP.p) + m.damping * (V_WT.linear - V.linear)};
 }
 
 void collectHeld(const Model& model, const StepPart& part, State& state, HandWork& hands,
                  const Placement& placement) noexcept {
   for (const int i : hands.acting) {
     if (!model.holds(i)) continue;
-    const LinkWork& link = placement.link[state.pointers[i].link];
+    const int held = state.pointers[i].link;
+    const LinkWork& link = placement.link[held];
     const Wrench F_W = link.F_ext.shifted(link.X_WL.p - link.p_WO);
     if (!model.settings.energy_ledger) state.energy.external -= power(F_W, hands.moved[i]);
-    hands.wrench[i] += F_W * part.share;
+    hands.wrench[i] += F_W.shifted(link.X_WL.R * model.pointerFrame(i, held).p) * part.share;
   }
   if (model.settings.energy_ledger) return;
   for (int lead = static_cast<int>(model.pointers.size()); lead < model.leads(); ++lead) {

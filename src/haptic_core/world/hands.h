@@ -69,8 +69,8 @@ int ledLink(const Model& model, const State& state, int lead) noexcept;
 /// (in realtime) Before a step: which pointers act in it, and which leads move their links. The other pointers' hands feel nothing.
 void findActing(const Model& model, State& state, HandWork& hands) noexcept;
 
-/// (in realtime) Where the hand wants the link at the end of the next step. Numbers that are not finite are ignored.
-void aim(PointerState& pointer, const Pose& X_WL, const Twist& V_WL) noexcept;
+/// (in realtime) Where the hand wants the pointer's frame at the end of the next step. Numbers that are not finite are ignored.
+void aim(PointerState& pointer, const Pose& X_WP, const Twist& V_WP) noexcept;
 
 /// (in realtime) Where motions are at the end of a substep becomes their goals.
 void aimMotions(const Model& model, int substep, const State& state, HandWork& hands) noexcept;
@@ -83,12 +83,11 @@ struct CouplingMatrices {
   Matrix3 stiffness, damping;                          ///< [N/m], [N·s/m]
   Matrix3 rotational_stiffness, rotational_damping;    ///< [N·m/rad], [N·m·s/rad]
 };
-/// (in realtime) Of a link that stands as R_WL and shall stand as R_WT.
-CouplingMatrices matricesOf(const PointerCoupling& coupling, const Matrix3& R_WL, const Matrix3& R_WT) noexcept;
+/// (in realtime) Of a pointer's frame that stands as R_WP and shall stand as R_WT.
+CouplingMatrices matricesOf(const PointerCoupling& coupling, const Matrix3& R_WP, const Matrix3& R_WT) noexcept;
 
-/// (in realtime) Wrench of a virtual coupling on its link, about the origin of the link's frame, in W; T: the target.
-Wrench couplingForce(const PointerCoupling& coupling, const Vector3& p_WT, const Quaternion& q_WT, const Twist& V_WT,
-                     const LinkWork& link) noexcept;
+/// (in realtime) Wrench of a virtual coupling on its link, about the origin of the pointer's frame P, in W; T: the target of the link.
+Wrench couplingForce(const PointerCoupling& coupling, const Pose& X_LP, const HeldGoal& T, const LinkWork& link) noexcept;
 
 /// (in realtime) Wrenches on a held link go to its hand. Each contact books the hand's supply (ledger.h); without a ledger
 /// it is estimated here, so that pushed bodies are not taken for a runaway.

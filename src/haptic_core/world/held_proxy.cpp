@@ -70,7 +70,7 @@ double leastAlong(LoadedVector<ProxyRow>& rows, double pull, double metric, cons
 
 /// A contact of a pointer's link, as the rows need it.
 struct HeldContact {
-  Vector3 push, arm;      ///< unit force on the link, in W; its point from L's origin [m]
+  Vector3 push, arm;      ///< unit force on the link, in W; its point from the pointer's origin [m]
   Vector3 force;          ///< pressure and friction on the link, in W [N]
   double stiffness = 0;   ///< k A0 [N/m]
   double damping = 0;     ///< of the pressure [N·s/m]
@@ -124,6 +124,7 @@ class Aim {
   bool held(int link) const noexcept { return work_.hands.held_by[link] >= 0; }
   void addContact(int index, int pointer) noexcept;
   void pull(int pointer) noexcept;
+  HeldGoal linkGoal(const Vector3& p_WP, const Quaternion& q_WL, const Twist& V_WP) const noexcept;
   double rhoOf(int link) const noexcept;
   bool follow(int pointer, double rho, Vector6& motion) noexcept;
   Depth depthOf(const ContactEvaluation& c, const ActivePair& pair, int shape, double K_max) const noexcept;
@@ -139,6 +140,8 @@ class Aim {
   ProxyWork& proxy_;
   HeldContact contacts_[ProxyWork::kMostRows - 2];
   Load loads_[2];
+  Pose X_LP_;          ///< of the pointer that is aimed
+  Vector3 p_WP_;       ///< where its frame is now [m]
   int count_ = 0, load_count_ = 0;
 };
 
@@ -222,7 +225,7 @@ void Aim::addContact(int index, int pointer) noexcept {
   const ContactMaterial& m = c.law.material;
   HeldContact& contact = contacts_[count_++];
   contact.push = -in_W;
-  contact.arm = c.X_WP.p - work_.placement.link[link].X_WL.p;
+  contact.arm = c.X_WP.p - p_WP_;
   const double pressure = m.stiffness * c.volume.volume;
   const Vector3 slip = slipOf(pair.friction, proxy_.X_WS[pair.shapeA()].R, c.X_AB.R);
   contact.stiffness = m.stiffness * c.volume.A0;
@@ -298,8 +301,10 @@ bool Aim::nearest(double rho, const Vector6& wanted, Vector6& motion) noexcept {
 
 void Aim::aim(int pointer) noexcept {
   const PointerState& target = state_.pointers[pointer];
+  X_LP_ = model_.pointerFrame(pointer, target.link);
+  p_WP_ = work_.placement.link[target.link].X_WL * X_LP_.p;
   HeldGoal& goal = work_.hands.goal[pointer];
-  goal = {target.p_WL, target.q_WL, target.V_WL};
+  goal = linkGoal(target.p_WP, target.q_WP * Quaternion(X_LP_.R).conjugate(), target.V_WP);
   if (!model_.holds(pointer)) return pull(pointer);
   proxy_.rows.clear();
   count_ = load_count_ = 0;
@@ -315,7 +320,14 @@ void Aim::aim(int pointer) noexcept {
   // The velocity of a link that stays behind: as near to the hand's as the rows allow over the time left.
   for (int i = 0; i < proxy_.rows.size(); ++i) proxy_.rows[i].room = std::max(0.0, proxy_.rows[i].room) / left_;
   Vector6 velocity;
-  if (nearestMotion(proxy_.rows, inertiaOf(rho), target.V_WL.vector(), velocity)) goal.V_WL = {velocity.head<3>(), velocity.tail<3>()};
+  if (!nearestMotion(proxy_.rows, inertiaOf(rho), target.V_WP.vector(), velocity)) return;
+  goal.V_WL = Twist{velocity.head<3>(), velocity.tail<3>()}.shifted(-(goal.q_WL * X_LP_.p));
+}
+
+/// Of the link, from place and twist of the pointer's origin and the link's orientation.
+HeldGoal Aim::linkGoal(const Vector3& p_WP, const Quaternion& q_WL, const Twist& V_WP) const noexcept {
+  const Vector3 p_LP_W = q_WL * X_LP_.p;
+  return {p_WP - p_LP_W, q_WL, V_WP.shifted(-p_LP_W)};
 }
 
 /// The goal: of the way to the target, as much as rows and loads allow. False: it is the target itself.
@@ -325,19 +337,17 @@ bool Aim::follow(int pointer, double rho, Vector6& motion) noexcept {
   const LinkWork& link = work_.placement.link[target.link];
   const Quaternion q_WL(link.X_WL.R);
   Vector6 wanted;
-  wanted << vectorFromRotation(target.q_WL * q_WL.conjugate()), target.p_WL - link.X_WL.p;
+  wanted << vectorFromRotation(goal.q_WL * q_WL.conjugate()), target.p_WP - p_WP_;
   if (isFree(wanted) || !nearest(rho, wanted, motion)) return false;
-  goal.p_WL = link.X_WL.p + motion.tail<3>();
-  goal.q_WL = (rotationFromVector(motion.head<3>()) * q_WL).normalized();
+  goal = linkGoal(p_WP_ + motion.tail<3>(), (rotationFromVector(motion.head<3>()) * q_WL).normalized(), target.V_WP);
   return true;
 }
 
 /// A virtual coupling pulls from the target, with the force that its hand bears at most.
 void Aim::pull(int pointer) noexcept {
   const PointerState& target = state_.pointers[pointer];
-  const HeldGoal& goal = work_.hands.goal[pointer];
   PointerCoupling& coupling = work_.hands.coupling[pointer];
-  const Wrench F_W = couplingForce(coupling, goal.p_WL, goal.q_WL, goal.V_WL, work_.placement.link[target.link]);
+  const Wrench F_W = couplingForce(coupling, X_LP_, work_.hands.goal[pointer], work_.placement.link[target.link]);
   const PointerBound& bound = work_.hands.bound[pointer];
   saturate(coupling.stiffness, coupling.damping, F_W.force.norm(), bound.force);
   saturate(coupling.rotational_stiffness, coupling.rotational_damping, F_W.torque.norm(), bound.torque);
@@ -345,7 +355,7 @@ void Aim::pull(int pointer) noexcept {
 
 double Aim::rhoOf(int l) const noexcept {
   const LinkWork& link = work_.placement.link[l];
-  return kRhoPerReach * (model_.links[l].size + (link.p_WC() - link.X_WL.p).norm());
+  return kRhoPerReach * (model_.links[l].size + (link.p_WC() - p_WP_).norm());
 }
 
 }  // namespace

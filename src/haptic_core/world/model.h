@@ -139,6 +139,8 @@ class Model {
   int leads() const { return static_cast<int>(pointers.size() + motions.size()); }
   /// Link that the scene gives the pointer.
   int pointerHome(int pointer) const { return link(pointers[pointer].articulation, pointers[pointer].link); }
+  /// X_LP: the pointer's frame in the link that it moves, of a body that it has grabbed the link's own.
+  Pose pointerFrame(int pointer, int link) const { return link == pointerHome(pointer) ? pointers[pointer].X_LP : Pose(); }
   /// The mass and inertia that a virtual coupling would have to move there.
   CouplingLoad loadOf(int link) const { return {links[link].mass, links[link].least_inertia}; }
   /// Length of a substep [s].

@@ -24,13 +24,14 @@ double ofHands(const Model& model, const Work& work, const State& state, double 
     if (!pointer.targeted) continue;
     const LinkWork& link = work.placement.link[pointer.link];
     const double size = model.links[pointer.link].size;
-    const double speed = std::max(pointer.V_WL.linear.norm() + size * pointer.V_WL.angular.norm(),
+    const double speed = std::max(pointer.V_WP.linear.norm() + size * pointer.V_WP.angular.norm(),
                                   (link.velocity).norm() * model.holds(static_cast<int>(i)));
     sum += 2 * mass * speed * speed;
     if (model.holds(static_cast<int>(i))) continue;
     const PointerCoupling& c = work.hands.coupling[i];
-    const double turn = vectorFromRotation(pointer.q_WL * Quaternion(link.X_WL.R).conjugate()).norm();
-    sum += 0.5 * c.stiffness * (pointer.p_WL - link.X_WL.p).squaredNorm() + 0.5 * c.rotational_stiffness * turn * turn;
+    const Pose X_WP = link.X_WL * model.pointerFrame(static_cast<int>(i), pointer.link);
+    const double turn = vectorFromRotation(pointer.q_WP * Quaternion(X_WP.R).conjugate()).norm();
+    sum += 0.5 * c.stiffness * (pointer.p_WP - X_WP.p).squaredNorm() + 0.5 * c.rotational_stiffness * turn * turn;
   }
   return sum;
 }

@@ -49,6 +49,12 @@ Vector3 noise(double deviation, std::uint64_t key, std::uint64_t step, std::uint
   return deviation * Vector3(gaussian(key, step, first), gaussian(key, step, first + 1), gaussian(key, step, first + 2));
 }
 
+/// Origin of a pointer's frame, in W.
+Vector3 pulledAt(const Model& model, const State& state, const Placement& placement, int pointer) noexcept {
+  const int link = state.pointers[pointer].link;
+  return placement.link[link].X_WL * model.pointerFrame(pointer, link).p;
+}
+
 /// Shapes of a link of the definition, or those of its collisions that `some` names.
 std::vector<int> shapesOf(const Model& model, int link, const std::vector<int>* some) {
   std::vector<int> of_link, found;
@@ -190,7 +196,7 @@ void Sensors::begin(const Model& model, const State& state, const Placement& pla
     if (defs_[i].kind == SensorDef::Kind::kImu) start_[i].velocity = link.twistAt(p_WS).linear;
   }
   for (std::size_t p = 0; p < pulls_.size(); ++p) {
-    pulls_[p] = {-state.pointers[p].F_W, placement.link[state.pointers[p].link].X_WL.p};
+    pulls_[p] = {-state.pointers[p].F_W, pulledAt(model, state, placement, static_cast<int>(p))};
   }
   int kept = 0;
   for (int i = 0; i < state.wrench_count; ++i) {
@@ -257,7 +263,7 @@ Wrench Sensors::handsOn(const Model& model, const Plan& plan, const State& state
   for (std::size_t p = 0; p < pulls_.size(); ++p) {
     const PointerState& pointer = state.pointers[p];
     if (model.holds(static_cast<int>(p)) || !pointer.targeted || !plan.own[pointer.link]) continue;
-    add(pointer.link, -pointer.F_W, placement.link[pointer.link].X_WL.p, pulls_[p]);
+    add(pointer.link, -pointer.F_W, pulledAt(model, state, placement, static_cast<int>(p)), pulls_[p]);
   }
   for (int i = 0; i < state.wrench_count; ++i) {
     const AppliedWrench& applied = state.wrenches[i];

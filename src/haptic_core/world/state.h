@@ -131,20 +131,20 @@ struct MotionTarget {
   }
 };
 
-/// A pointer's hand: its target for the link, and the world's answer.
+/// A pointer's hand: its target for the pointer's frame P (Model::pointerFrame), and the world's answer.
 struct PointerState {
-  Vector3 p_WL = Vector3::Zero();             ///< target [m]
-  Quaternion q_WL = Quaternion::Identity();   ///< target
-  Twist V_WL;                                 ///< of the target
-  Wrench F_W;     ///< on the hand, about L's origin, mean over a step
-  Wrench pull_W;  ///< of its coupling on the link, about the link's origin: mean over the last implicit step
-  Twist pulled_W;  ///< of the link's origin: mean over that step
+  Vector3 p_WP = Vector3::Zero();             ///< target [m]
+  Quaternion q_WP = Quaternion::Identity();   ///< target
+  Twist V_WP;                                 ///< of the target
+  Wrench F_W;     ///< on the hand, about P's origin, mean over a step
+  Wrench pull_W;  ///< of its coupling on the link, about P's origin: mean over the last implicit step
+  Twist pulled_W;  ///< of P's origin: mean over that step
   int link = -1;  ///< world link index
   bool targeted = false;  ///< a target has come
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.p_WL), visit(s.q_WL), visit(s.V_WL), visit(s.F_W), visit(s.pull_W), visit(s.pulled_W), visit(s.link), visit(s.targeted);
+    visit(s.p_WP), visit(s.q_WP), visit(s.V_WP), visit(s.F_W), visit(s.pull_W), visit(s.pulled_W), visit(s.link), visit(s.targeted);
   }
 };
 

@@ -203,8 +203,10 @@ Wrench World::pointerWrench(int i) const noexcept { return impl_->state.pointers
 
 double World::pointerForceError(int i) const noexcept { return impl_->work.hands.force_error[i]; }
 
-void World::setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcept {
-  aim(impl_->state.pointers[i], X_WL, V_WL);
+Pose World::pointerPose(int i) const { return linkPose(pointerLink(i)) * impl_->model.pointerFrame(i, pointerLink(i)); }
+
+void World::setPointerTarget(int i, const Pose& X_WP, const Twist& V_WP) noexcept {
+  aim(impl_->state.pointers[i], X_WP, V_WP);
   impl_->work.standing.wake();
 }
 

@@ -94,8 +94,9 @@ class World {
   int pointerCount() const;                ///< of the definition
   const PointerDef& pointer(int i) const;  ///< of the definition
   int pointerLink(int i) const;            ///< world link index of pointer i; `grab` changes it
-  /// (in realtime) Where the hand wants the pointer's link at the end of the next step, and how it moves there.
-  void setPointerTarget(int i, const Pose& X_WL, const Twist& V_WL) noexcept;
+  Pose pointerPose(int i) const;           ///< X_WP: of its frame, the link's own where it has grabbed another link
+  /// (in realtime) Where the hand wants the pointer's frame at the end of the next step, and how its origin moves there.
+  void setPointerTarget(int i, const Pose& X_WP, const Twist& V_WP) noexcept;
   /// (in realtime) What pointer i's hand bears, from the next step on: stiffer contacts are weakened (hand_bound.h), and the
   /// link stays behind its target where it would press harder (held_proxy.h). Infinite at first. Not part of the state: who
   /// moves the pointer says it before each step.
@@ -103,7 +104,7 @@ class World {
   const PointerBound& pointerBound(int i) const noexcept;  ///< as it was told
   /// (in realtime) Stiffness [N/m] that the hand on pointer i would meet after the last step if nothing were weakened.
   double pointerStiffness(int i) const noexcept;
-  /// (in realtime) Wrench of the world on pointer i in the last step, about the link frame's origin, in W.
+  /// (in realtime) Wrench of the world on pointer i in the last step, about its frame's origin, in W.
   Wrench pointerWrench(int i) const noexcept;
   /// (in realtime) Estimate of the last step of the error of that force, by its own change within the step [N]. See `ErrorEstimator` for
   /// one that steps anew.

@@ -94,7 +94,7 @@ TEST(CouplingAxes, EqualSharesAreTheOldCouplingToTheLastBit) {
   link.X_WL = Pose(rotationAbout(Vector3(3, 1, 2).normalized(), 0.7), Vector3(0.1, 0.2, 0.3));
   const Quaternion q_WT = rotationFromVector(Vector3(0.2, -0.3, 0.1)) * Quaternion(link.X_WL.R);
   const Vector3 p_WT(0.13, 0.17, 0.31), turn = vectorFromRotation(q_WT * Quaternion(link.X_WL.R).conjugate());
-  const Wrench F = couplingForce(c, p_WT, q_WT, {}, link);
+  const Wrench F = couplingForce(c, Pose(), {p_WT, q_WT, {}}, link);
   EXPECT_EQ(F.force, Vector3(300 * (p_WT - link.X_WL.p)));
   EXPECT_LT((F.torque - 0.7 * turn).norm(), 1e-16);  // quaternions multiply in another order where a test has vectors
 }
