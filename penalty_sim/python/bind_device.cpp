@@ -7,26 +7,30 @@
 namespace haptic::python {
 namespace {
 
+GripPose gripAt(const Matrix4& X_BG, double opening) { return {poseOf(X_BG), checked("opening", opening)}; }
+
 /// Kinematics and tensions of one device, without its counts and states.
 class Device {
  public:
   explicit Device(const std::string& file)
       : def(loadDevice(findDevice(file))), kinematics(def), distribution(def, kinematics) {}
 
-  StringVector checked(const Eigen::VectorXd& lengths) const {
+  StringVector checkedLengths(const Eigen::VectorXd& lengths) const {
     if (lengths.size() != kinematics.strings()) {
       throw SetupError(
           "device " + def.name,
           "has " + std::to_string(kinematics.strings()) + " strings, not " + std::to_string(lengths.size()),
           "give one length for each");
     }
+    checkNumbers("lengths", lengths.data(), lengths.size(), 0);
     return lengths;
   }
   TensionReport tensions(const Vector3& force, const Vector3& torque, const Matrix4& X_BG, double opening,
                          double grasp) {
+    checked("force", force), checked("torque", torque);
     distribution.forgetActiveSet();  // the same question, the same bits, whatever was asked before
-    distribution.setStructure(kinematics.scaledStructure({poseOf(X_BG), opening}));
-    return distribution.present({torque, force}, grasp);
+    distribution.setStructure(kinematics.scaledStructure(gripAt(X_BG, opening)));
+    return distribution.present({torque, force}, checked("grasp_force", grasp));
   }
 
   DeviceDef def;
@@ -132,21 +136,21 @@ void bindDevice(py::module_& m) {
       .def(
           "lengths",
           [](const Device& d, const Matrix4& X_BG, double opening) {
-            return Eigen::VectorXd(d.kinematics.lengths({poseOf(X_BG), opening}));
+            return Eigen::VectorXd(d.kinematics.lengths(gripAt(X_BG, opening)));
           },
           py::arg("X_BG") = Matrix4(Matrix4::Identity()), py::arg("opening") = 0.0,
           "Of the strings at a pose [m].")
       .def(
           "structure",
           [](const Device& d, const Matrix4& X_BG, double opening) {
-            return Eigen::MatrixXd(d.kinematics.structure({poseOf(X_BG), opening}));
+            return Eigen::MatrixXd(d.kinematics.structure(gripAt(X_BG, opening)));
           },
           py::arg("X_BG") = Matrix4(Matrix4::Identity()), py::arg("opening") = 0.0,
           "A, strings x dof: force and torque on the grip = A.T @ tensions; columns force, torque, opening.")
       .def(
           "solve_pose",
           [](const Device& d, const Eigen::VectorXd& lengths, const Matrix4& guess, double opening) {
-            return d.kinematics.solvePose(d.checked(lengths), {poseOf(guess), opening});
+            return d.kinematics.solvePose(d.checkedLengths(lengths), gripAt(guess, opening));
           },
           py::arg("lengths"), py::arg("guess") = Matrix4(Matrix4::Identity()), py::arg("opening") = 0.0,
           "The pose that fits the lengths [m] best.")

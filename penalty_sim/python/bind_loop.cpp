@@ -104,6 +104,7 @@ TwinLoop::TwinLoop(const SceneDef& scene_def, const std::string& device, double 
 }
 
 void TwinLoop::tick(int count) {
+  checked("count", count, 0);
   for (int i = 0; i < count; ++i) {
     for (std::size_t h = 0; h < twins.size(); ++h)
       samples[h] = twins[h]->exchange(loop.drive(static_cast<int>(h)));

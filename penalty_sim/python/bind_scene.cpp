@@ -1,5 +1,6 @@
 #include "haptic_core/analysis/certificate.h"
 #include "python/bindings.h"
+#include "scene/scene_extension.h"
 
 namespace haptic::python {
 namespace {
@@ -43,12 +44,23 @@ void defineCertificate(py::module_& m) {
       .def("text", &Certificate::text, "for people: pairs, islands, verdicts");
   m.def(
       "certify",
-      [](const py::object& scene, double settle) { return certify(sceneFrom(scene).world, settle); },
+      [](const py::object& scene, double settle) { return certify(sceneFrom(scene).world, checked("settle", settle, 0)); },
       py::arg("scene"), py::arg("settle") = 1.0,
       "Lets a copy of the world settle for `settle` [s] and says what is stable there.");
 }
 
 }  // namespace
+
+void setNumbers(const char* name, const std::vector<double>& numbers, SceneDef& scene) {
+  std::string text;
+  for (const double number : numbers) {
+    char digits[32];
+    std::snprintf(digits, sizeof digits, "%s%.17g", text.empty() ? "" : " ", number);
+    text += digits;
+  }
+  std::vector<std::string> warnings;
+  setWorldSetting("scene " + scene.world.name, name, text, scene.world.settings, warnings);
+}
 
 SceneDef sceneFrom(const py::object& scene_or_name, bool add_pointer) {
   if (py::isinstance<SceneDef>(scene_or_name)) return scene_or_name.cast<SceneDef>();
@@ -62,7 +74,7 @@ void bindScene(py::module_& m) {
       .def(py::init([](const py::object& file, double density, const std::string& missing, const std::vector<std::string>& xacro,
                        bool add_pointer) {
              SceneOptions options;
-             options.default_density = density;
+             options.default_density = checked("default_density", density, 0);
              options.xacro = xacro;
              return load(py::str(file), options, missing, add_pointer);
            }),
@@ -87,20 +99,20 @@ void bindScene(py::module_& m) {
           "names of the devices that move its pointers")
       .def_property(
           "step", [](const SceneDef& s) { return s.world.settings.step; },
-          [](SceneDef& s, double h) { s.world.settings.step = h; }, "h [s]")
+          [](SceneDef& s, double h) { setNumbers("step", {h}, s); }, "h [s]")
       .def_property(
           "substeps", [](const SceneDef& s) { return s.world.settings.substeps; },
-          [](SceneDef& s, int n) { s.world.settings.substeps = n; }, "world steps of h / substeps per step")
+          [](SceneDef& s, int n) { setNumbers("substeps", {double(n)}, s); }, "world steps of h / substeps per step")
       .def_property(
           "far_step", [](const SceneDef& s) { return s.world.settings.far_step; },
-          [](SceneDef& s, double h) { s.world.settings.far_step = h; },
+          [](SceneDef& s, double h) { setNumbers("far_step", {h}, s); },
           "step of islands that no hand touches or can reach before their next one [s]; 0: all are stepped by `step`")
       .def_property(
           "gravity", [](const SceneDef& s) { return s.world.settings.gravity; },
-          [](SceneDef& s, const Vector3& g) { s.world.settings.gravity = g; }, "in W [m/s²]")
+          [](SceneDef& s, const Vector3& g) { setNumbers("gravity", {g.x(), g.y(), g.z()}, s); }, "in W [m/s²]")
       .def_property(
           "accuracy", [](const SceneDef& s) { return s.world.settings.accuracy; },
-          [](SceneDef& s, double share) { s.world.settings.accuracy = share; },
+          [](SceneDef& s, double share) { setNumbers("accuracy", {share}, s); },
           "error of position that a step may add, over the way that gravity and its change of speed move a body in it")
       .def_property(
           "integrator", [](const SceneDef&) { return "automatic"; }, &setIntegrator, "no setting any more: see accuracy")

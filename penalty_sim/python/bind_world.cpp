@@ -93,12 +93,13 @@ void assign(double* to, std::size_t size, const char* what,
     throw SetupError(what, "has " + std::to_string(size) + " numbers, not " + std::to_string(from.size()),
                      "give one array of that length");
   }
+  checkNumbers(what, from.data(), from.size());
   std::copy_n(from.data(), size, to);
 }
 
 void command(SeenWorld& seen, const std::string& name, const JointCommand& command) {
   if (!seen.world().setJointCommand(seen.joint(name), command)) {
-    throw SetupError("joint '" + name + "'", "does not obey commands, or the number is not finite",
+    throw SetupError("joint '" + name + "'", "does not obey commands",
                      "give it a drive in the scene file (urdf/scenes/README.md)");
   }
 }
@@ -218,7 +219,8 @@ void defineCommands(WorldClass& world) {
                     {at      ? Drive::kPosition
                      : moves ? Drive::kVelocity
                              : Drive::kEffort,
-                     at ? position.cast<double>() : 0, moves ? velocity.cast<double>() : 0, effort});
+                     at ? checked("position", position.cast<double>()) : 0, moves ? checked("velocity", velocity.cast<double>()) : 0,
+                     checked("effort", effort)});
           },
           py::arg("joint"), py::arg("position") = py::none(), py::arg("velocity") = py::none(),
           py::arg("effort") = 0.0,
@@ -226,12 +228,20 @@ void defineCommands(WorldClass& world) {
           "or give an effort [N m or N].")
       .def(
           "aim_pointer",
-          [](SeenWorld& w, int i, const Matrix4& X_WL, const Vector6& V_WL) {
+          [](SeenWorld& w, int i, const Matrix4& X_WP, const Vector6& V_WP) {
             checkPointer(w, i);
-            w.world().setPointerTarget(i, poseOf(X_WL), {V_WL.head<3>(), V_WL.tail<3>()});
+            w.world().setPointerTarget(i, poseOf(X_WP), twistOf("V_WP", V_WP));
           },
-          py::arg("index"), py::arg("X_WL"), py::arg("V_WL") = Vector6(Vector6::Zero()),
-          "Where the hand wants the pointer at the end of the next step.")
+          py::arg("index"), py::arg("X_WP"), py::arg("V_WP") = Vector6(Vector6::Zero()),
+          "Where the hand wants the pointer's frame at the end of the next step.")
+      .def(
+          "pointer_pose",
+          [](SeenWorld& w, int i) {
+            checkPointer(w, i);
+            w.takeWritten();
+            return matrixOf(w.world().pointerPose(i));
+          },
+          py::arg("index"), "X_WP, 4 x 4: the frame that the scene names, also where it is fixed to another link.")
       .def(
           "pointer_wrench",
           [](SeenWorld& w, int i) {
@@ -239,7 +249,7 @@ void defineCommands(WorldClass& world) {
             return w.world().pointerWrench(i).vector();
           },
           py::arg("index"),
-          "Wrench of the world on a pointer in the last step, about its link's origin, in W: torque, force.")
+          "Wrench of the world on a pointer in the last step, about its frame's origin, in W: torque, force.")
       .def(
           "pointer_force_error",
           [](SeenWorld& w, int i) {
@@ -251,7 +261,7 @@ void defineCommands(WorldClass& world) {
           "tune",
           [](SeenWorld& w, double stiffness, double friction) {
             WorldTuning tuning = w.world().tuning();
-            tuning.stiffness_scale = stiffness, tuning.friction_scale = friction;
+            tuning.stiffness_scale = checked("stiffness_scale", stiffness), tuning.friction_scale = checked("friction_scale", friction);
             w.world().tune(tuning);
           },
           py::arg("stiffness_scale") = 1.0, py::arg("friction_scale") = 1.0,
@@ -260,7 +270,7 @@ void defineCommands(WorldClass& world) {
           "budget", [](SeenWorld& w) { return w.world().tuning().budget; },
           [](SeenWorld& w, double units) {
             WorldTuning tuning = w.world().tuning();
-            tuning.budget = units;
+            tuning.budget = checked("budget", units, 0);
             w.world().tune(tuning);
           },
           "Counted work that a step may take (StepReport.work) [1]; 0: any. Where it ends islands far from hands wait longer, and\n"
@@ -268,9 +278,8 @@ void defineCommands(WorldClass& world) {
       .def_property(
           "gravity", [](SeenWorld& w) { return Vector3(w.world().settings().gravity); },
           [](SeenWorld& w, const Vector3& gravity) {
-            if (!gravity.allFinite()) throw SetupError("gravity", "has a number that is not finite", "write m/s^2");
             WorldTuning tuning = w.world().tuning();
-            tuning.gravity = gravity;
+            tuning.gravity = checked("gravity", gravity);
             w.world().tune(tuning);
           },
           "in W [m/s²], at most 1000; a reset keeps it");
@@ -287,7 +296,8 @@ void defineActors(WorldClass& world) {
               throw SetupError("wrench", "frame '" + frame + "' is unknown", "write world or link");
             }
             w.takeWritten();
-            w.world().applyWrench(w.link(link), {{wrench.head<3>(), wrench.tail<3>()}, point, frame == "link"}, duration);
+            const Wrench F{checked("wrench", wrench).head<3>(), wrench.tail<3>()};
+            w.world().applyWrench(w.link(link), {F, checked("point", point), frame == "link"}, checked("duration", duration, 0));
           },
           py::arg("link"), py::arg("wrench"), py::arg("duration"), py::arg("point") = Vector3(Vector3::Zero()),
           py::arg("frame") = "world",
@@ -297,7 +307,7 @@ void defineActors(WorldClass& world) {
           "set_body_pose",
           [](SeenWorld& w, const std::string& link, const Matrix4& X_WL, const Vector6& V_WL) {
             w.takeWritten();
-            w.world().setBodyPose(w.link(link), poseOf(X_WL), {V_WL.head<3>(), V_WL.tail<3>()});
+            w.world().setBodyPose(w.link(link), poseOf(X_WL), twistOf("V_WL", V_WL));
             w.remember();
           },
           py::arg("link"), py::arg("X_WL"), py::arg("V_WL") = Vector6(Vector6::Zero()),
@@ -307,7 +317,7 @@ void defineActors(WorldClass& world) {
           [](SeenWorld& w, const std::map<std::string, double>& positions) {
             w.takeWritten();
             std::vector<std::pair<int, double>> by_index;
-            for (const auto& [name, position] : positions) by_index.emplace_back(w.joint(name), position);
+            for (const auto& [name, position] : positions) by_index.emplace_back(w.joint(name), checked("position", position));
             w.world().setJointPositions(by_index);
             w.remember();
           },
@@ -320,9 +330,8 @@ void defineActors(WorldClass& world) {
               throw unknownName("motion", motion, w.world().motionCount(), [&](int k) { return w.world().motion(k).name; });
             }
             const Pose X = poseOf(X_WL);
-            if (w.world().leadBody(i, {X.p, Quaternion(X.R).normalized(), {V_WL.head<3>(), V_WL.tail<3>()}}, duration)) return;
-            throw SetupError("motion '" + motion + "'", "follows a file, or a number is not finite",
-                             "lead what the scene leaves to topic or tf");
+            if (w.world().leadBody(i, {X.p, Quaternion(X.R).normalized(), twistOf("V_WL", V_WL)}, checked("duration", duration, 0))) return;
+            throw SetupError("motion '" + motion + "'", "follows a file", "lead what the scene leaves to topic or tf");
           },
           py::arg("motion"), py::arg("X_WL"), py::arg("duration"), py::arg("V_WL") = Vector6(Vector6::Zero()),
           "A body that is led from outside goes to a pose, where it arrives with this twist after so many seconds.");
@@ -341,6 +350,7 @@ void defineStates(WorldClass& world) {
       .def(
           "restore",
           [](SeenWorld& w, const std::vector<double>& state) {
+            checkNumbers("saved state", state.data(), static_cast<py::ssize_t>(state.size()));
             w.world().restore(state);
             w.remember();
           },
@@ -358,6 +368,14 @@ void defineStates(WorldClass& world) {
 }
 
 }  // namespace
+
+void checkNumbers(const std::string& what, const double* numbers, py::ssize_t count, double least) {
+  for (py::ssize_t i = 0; i < count; ++i) {
+    if (std::isfinite(numbers[i]) && numbers[i] >= least) continue;
+    const std::string place = count > 1 ? what + "[" + std::to_string(i) + "]" : what, range = std::isfinite(least) ? " >= 0" : "";
+    throw SetupError(place, "is " + std::to_string(numbers[i]), "give a finite number" + range);
+  }
+}
 
 Pose poseOf(const Matrix4& m) {
   const Matrix3 R = m.topLeftCorner<3, 3>();
@@ -400,6 +418,14 @@ void SeenWorld::takeWritten() {
     return std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
   };
   if (same(world_->q(), seen_q_) && same(world_->v(), seen_v_)) return;
+  try {
+    checkNumbers("q", q(), static_cast<py::ssize_t>(seen_q_.size()));
+    checkNumbers("v", v(), static_cast<py::ssize_t>(seen_v_.size()));
+  } catch (const SetupError&) {  // the world stays as it was
+    std::copy(seen_q_.begin(), seen_q_.end(), q());
+    std::copy(seen_v_.begin(), seen_v_.end(), v());
+    throw;
+  }
   State written = world_->state();
   std::fill(written.mode.begin(), written.mode.end(), TreeMode::kPut);
   std::fill(written.last_step.begin(), written.last_step.end(), 0.0);  // it does not go on from where it was
@@ -410,6 +436,7 @@ void SeenWorld::takeWritten() {
 }
 
 void SeenWorld::step(int count) {
+  checked("count", count, 0);
   takeWritten();
   for (int i = 0; i < count; ++i) {
     world_->step();

@@ -5,6 +5,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -30,6 +31,25 @@ inline Matrix4 matrixOf(const Pose& X) {
   return m;
 }
 Pose poseOf(const Matrix4& m);  ///< throws SetupError when it is no rotation and position
+
+/// Throws SetupError that names `what` where a number of Python is not finite or below `least`.
+void checkNumbers(const std::string& what, const double* numbers, py::ssize_t count,
+                  double least = -std::numeric_limits<double>::infinity());
+/// The number itself, checked.
+inline double checked(const char* what, double number, double least = -std::numeric_limits<double>::infinity()) {
+  checkNumbers(what, &number, 1, least);
+  return number;
+}
+/// The vector itself, checked.
+template <class Vector>
+const Vector& checked(const char* what, const Eigen::PlainObjectBase<Vector>& numbers) {
+  checkNumbers(what, numbers.data(), numbers.size());
+  return numbers.derived();
+}
+/// The twist of six numbers, angular first.
+inline Twist twistOf(const char* what, const Vector6& V) { return {checked(what, V).head<3>(), V.tail<3>()}; }
+/// A setting of a scene by its name in files, within the same bounds.
+void setNumbers(const char* name, const std::vector<double>& numbers, SceneDef& scene);
 
 /// View of memory that `owner` keeps alive. Strides in bytes.
 inline py::array view(py::dtype type, std::vector<py::ssize_t> shape, std::vector<py::ssize_t> strides,

@@ -295,9 +295,102 @@ class Errors(unittest.TestCase):
             scene.integrator = "sdirk2"
         self.assertEqual(scene.integrator, "automatic")
         self.assertEqual(scene.accuracy, 0.03)
-        scene.accuracy = 2
-        self.refuse(lambda: haptic.World(scene), "accuracy is 2", "<= 1")
+        self.refuse(lambda: setattr(scene, "accuracy", 2), "accuracy = '2'", "≤ 1")
         self.refuse(lambda: haptic.Loop("door", rate=0), "rate")
+
+
+class BadNumbers(unittest.TestCase):
+    def calls(self):
+        """(what, call of one number, whether it may be below 0), each on objects of its own."""
+        world, loop, device = haptic.World("touch_cube"), haptic.Loop("touch_cube"), haptic.Device()
+        door, scene = haptic.World("door"), haptic.Scene("touch_cube")
+        lengths, six, here = device.lengths(), np.zeros(6), np.eye(4)
+        cube = here.copy()
+        cube[2, 3] = 1
+
+        def put(vector, i, x):
+            vector = np.array(vector, float)
+            vector.flat[i] = x
+            return vector
+
+        def write(name, x):
+            getattr(world, name)[0] = x
+            world.step(1)
+
+        yield "World.step", world.step, False
+        yield "Loop.tick", loop.tick, False
+        yield "Loop.rate", lambda x: haptic.Loop("touch_cube", rate=x), False
+        yield "certify.settle", lambda x: haptic.certify("touch_cube", x), False
+        for name, below in (("step", False), ("substeps", False), ("far_step", False), ("accuracy", False)):
+            yield "Scene." + name, lambda x, name=name: setattr(scene, name, x), below
+        yield "Scene.default_density", lambda x: haptic.Scene("touch_cube", default_density=x), False
+        yield "Scene.gravity", lambda x: setattr(scene, "gravity", [0, x, 0]), True
+        yield "World.gravity", lambda x: setattr(world, "gravity", [0, x, 0]), True
+        yield "World.budget", lambda x: setattr(world, "budget", x), False
+        for name in ("stiffness_scale", "friction_scale"):
+            yield "World.tune " + name, lambda x, name=name: world.tune(**{name: x}), False
+        for name in ("q", "v"):
+            yield "World." + name, lambda x, name=name: setattr(world, name, put(getattr(world, name), 0, x)), True
+            yield "World." + name + " in place", lambda x, name=name: write(name, x), True
+        for name in ("position", "velocity", "effort"):
+            yield "World.command " + name, lambda x, name=name: door.command(door.joints[0], **{name: x}), True
+        for i in (0, 7):
+            yield f"World.aim_pointer X {i}", lambda x, i=i: world.aim_pointer(0, put(here, i, x)), i == 7
+            yield f"World.aim_pointer V {i % 6}", lambda x, i=i: world.aim_pointer(0, here, put(six, i % 6, x)), True
+        yield "World.aim_pointer index", lambda x: world.aim_pointer(x, here), False
+        yield "World.apply_wrench", lambda x: world.apply_wrench("cube", put(six, 3, x), 0.01), True
+        yield "World.apply_wrench duration", lambda x: world.apply_wrench("cube", six, x), False
+        yield "World.apply_wrench point", lambda x: world.apply_wrench("cube", six, 0.01, point=[x, 0, 0]), True
+        yield "World.set_body_pose", lambda x: world.set_body_pose("cube", put(cube, 3, x)), True
+        yield "World.set_body_pose V", lambda x: world.set_body_pose("cube", cube, put(six, 4, x)), True
+        yield "World.set_joint_positions", lambda x: door.set_joint_positions({door.joints[0]: x}), True
+        yield "World.patch", world.patch, False
+        yield "World.restore", lambda x: world.restore(put(world.save(), 7, x)), True
+        for name in ("lengths", "structure"):
+            yield "Device." + name, lambda x, name=name: getattr(device, name)(put(here, 3, x)), True
+            yield "Device.opening " + name, lambda x, name=name: getattr(device, name)(here, x), True
+        yield "Device.solve_pose", lambda x: device.solve_pose(put(lengths, 2, x)), False
+        yield "Device.solve_pose guess", lambda x: device.solve_pose(lengths, put(here, 3, x)), True
+        yield "Device.solve_pose opening", lambda x: device.solve_pose(lengths, opening=x), True
+        yield "Device.tensions force", lambda x: device.tensions([0, 0, x]), True
+        yield "Device.tensions torque", lambda x: device.tensions([0, 0, 0], [x, 0, 0]), True
+        yield "Device.tensions X", lambda x: device.tensions([0, 0, 1], X_BG=put(here, 3, x)), True
+        yield "Device.tensions opening", lambda x: device.tensions([0, 0, 1], opening=x), True
+        yield "Device.tensions grasp", lambda x: device.tensions([0, 0, 1], grasp_force=x), True
+        yield "Hand.move_to", lambda x: loop.hands[0].move_to(put(here, 3, x)), True
+        yield "World.lead duration", lambda x: self.lead(x, 0.0), False
+        yield "World.lead V", lambda x: self.lead(0.1, x), True
+
+    @staticmethod
+    def lead(duration, speed):
+        import tempfile
+        with tempfile.NamedTemporaryFile("w", suffix=".urdf") as file:
+            file.write(BALL.replace("</robot>", '<haptic:motion link="ball" topic="/way"/></robot>'))
+            file.flush()
+            haptic.World(file.name).lead("ball", turned([0, 0, 1], 0.1, (0, 0, 2)), duration, [0, 0, 0, 0, 0, speed])
+
+    def test_no_bad_number_is_taken(self):
+        taken = []
+        for what, call, may_be_negative in self.calls():
+            for bad in (np.nan, np.inf, -np.inf) + (() if may_be_negative else (-1.0, -1)):
+                try:
+                    call(bad)
+                except (haptic.SetupError, TypeError):  # TypeError: of a count that is no whole number
+                    continue
+                taken.append(f"{what} = {bad}")
+        print(f"figure python.bad_numbers_taken {len(taken)} 1")
+        self.assertEqual(taken, [])
+
+    def test_a_refused_number_changes_nothing(self):
+        world = haptic.World("touch_cube")
+        world.step(10)
+        before = world.hash()
+        with self.assertRaisesRegex(haptic.SetupError, r"q\[0\]: is nan; give a finite number"):
+            world.q[0] = np.nan
+            world.step(1)
+        with self.assertRaisesRegex(haptic.SetupError, "count: is -1.*>= 0"):
+            world.step(-1)
+        self.assertEqual(world.hash(), before)
 
 
 class Stubs(unittest.TestCase):
