@@ -116,6 +116,7 @@ class Recorded(unittest.TestCase):
         self.assertGreater(call.figures()["replay.steps"], 100)
         self.assertLess(call.figures()["replay.steps"], SECONDS * RATE)
         self.assertEqual(call.figures()["replay.mismatches"], 0)
+        self.assertIn(f"was cut off: {call.figures()['replay.steps']:.0f} ticks", "".join(call.errors))
 
     def test_stamps_frames_and_numbers_are_such_as_viewers_want(self):
         classes, seen = {}, set()
@@ -187,7 +188,7 @@ class Recorded(unittest.TestCase):
             call = Call(verb, bad)
             self.assertNotEqual(call.code, 0)
             self.assertEqual(len(call.errors), 1, call.errors)
-            self.assertIn("no encoder counts", call.errors[0])
+            self.assertIn("before its first tick", call.errors[0])
         call = Call("export", self.path, "--mcap")
         self.assertIn("an MCAP file already", "".join(call.errors))
         self.assertNotEqual(call.code, 0)

@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """./run demo --record and ./run replay: the same bits again, a difference is told where it begins, bad bags are refused."""
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -125,16 +126,32 @@ class Replay(unittest.TestCase):
         self.refuse(self.altered(self.session(scene_file=other.scene_file, scene_text=other.scene_text)), "not the one")
 
     def test_files_that_are_no_complete_bag(self):
-        size = os.path.getsize(self.bags["touch_cube"])
         cut = os.path.join(self.folder, "cut.bag")
         shutil.copy(self.bags["touch_cube"], cut)
-        os.truncate(cut, size // 2)
-        self.refuse(cut, "cut.bag")
+        os.truncate(cut, 6000)
+        self.refuse(cut, "cut.bag", "before its first tick")
         text = os.path.join(self.folder, "text.bag")
         with open(text, "w", encoding="utf-8") as out:
             out.write("no bag")
         self.refuse(text, "text.bag")
         self.refuse(os.path.join(self.folder, "none.bag"), "none.bag")
+
+    def test_what_a_cut_leaves_is_used_and_said(self):
+        whole, size = self.bags["touch_cube"], os.path.getsize(self.bags["touch_cube"])
+        for name, share in (("cut.bag", 0.7), ("cut.bag", 0.99), ("touch_cube.bag.active", 0.9)):
+            cut = os.path.join(self.folder, name)
+            shutil.copy(whole, cut)
+            os.truncate(cut, int(share * size))
+            before = os.path.getsize(cut)
+            call = Call("replay", cut)
+            self.assertEqual(call.code, 0, call.errors)
+            said = re.search(r"was cut off: (\d+) ticks \(([\d.]+) s\) are used; its last (\d+) bytes", "\n".join(call.errors))
+            self.assertTrue(said, call.errors)
+            figures = call.figures()
+            self.assertEqual((figures["replay.steps"], figures["replay.mismatches"]), (int(said.group(1)), 0))
+            self.assertTrue(0 < figures["replay.steps"] <= 1000 * SECONDS, figures)
+            self.assertAlmostEqual(float(said.group(2)), 1e-3 * figures["replay.steps"], delta=1e-3)
+            self.assertEqual(os.path.getsize(cut), before, "the recording itself stays as it is")
 
     def test_standard_tools_read_it(self):
         info = subprocess.run(["rosbag", "info", self.bags["touch_cube"]], capture_output=True, text=True, check=False)

@@ -121,6 +121,7 @@ class Windows(unittest.TestCase):
         self.assertLessEqual(strip['X'] + strip['WIDTH'], beside['X'], 'no window of the two hides the other')
         orange = lambda shot: ((shot[..., 0] > 2 * shot[..., 2] + 40) & (shot[..., 0] > shot[..., 1] + 30))[:strip['Y']].sum()  # noqa: E731
         text = lambda shot: (shot[strip['Y']:, :strip['WIDTH']].min(axis=2) > 200).sum()  # noqa: E731
+        self.key(subject, 'space')  # the instructions were read
         self.until(lambda: orange(self.picture()) > 200, 'the tip above the pad')
         self.until(lambda: text(self.picture()) > 200, 'the text above the scene')
         grey = self.picture()[:strip['Y'], :beside['X']]
@@ -143,11 +144,28 @@ class Windows(unittest.TestCase):
             time.sleep(0.1)
         self.assertEqual(self.x('search', '--name', name), [])
 
+    def stop_is_seen_in_both(self, subject, experimenter):
+        """Esc in the subject's window: a red banner in either, at once; pictures of the screen take some of the time."""
+        places = [self.geometry(window) for window in (subject, experimenter)]
+
+        def red(shot, place):
+            part = shot[max(0, place['Y']):place['Y'] + place['HEIGHT'], max(0, place['X']):place['X'] + place['WIDTH']]
+            return int(((part[..., 0] > 150) & (part[..., 1:].max(axis=2) < 40)).sum())
+        before = [red(self.picture(), place) for place in places]
+        begin = time.monotonic()
+        self.key(subject, 'Escape')
+        seen = lambda: all(red(self.picture(), place) > was + 2000 for place, was in zip(places, before))  # noqa: E731
+        self.until(seen, 'STOP in both windows')
+        print(f'figure study.stop_seen_ms_max {1e3 * (time.monotonic() - begin):.0f} ms')
+
     def test_a_session_by_keys_and_clicks(self):
         self.begin('--windows')
         subject = self.until(lambda: self.x('search', '--name', '^study$'), 'the subject\'s window')[0]
         experimenter = self.until(lambda: self.x('search', '--name', '^experimenter$'), 'the experimenter\'s window')[0]
         self.x('windowmove', experimenter, '760', '420')
+        time.sleep(3)
+        self.assertEqual(self.rows(), [], 'the instructions stay until a key says that they were read')
+        self.key(subject, 'space')
         self.answer(subject, '2', 1)
         self.answer(subject, '1', 2)
         first, second = self.rows()[:2]
@@ -157,7 +175,7 @@ class Windows(unittest.TestCase):
         for row in (first, second):
             greater = (row['response'] == 'second') == (row['comparison'] == '2')
             self.assertEqual(row['correct'], str(int(greater == (float(row['level']) > 1e7))))
-        self.key(subject, 'Escape')
+        self.stop_is_seen_in_both(subject, experimenter)
         self.until(lambda: len(self.rows()) >= 3, 'the row of the trial that STOP ended')
         self.assertEqual(self.rows()[2]['status'], 'stopped')
         geometry = dict(re.findall(r'(WIDTH|HEIGHT)=(\d+)', '\n'.join(self.x('getwindowgeometry', '--shell', experimenter))))
