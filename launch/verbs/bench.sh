@@ -5,7 +5,7 @@
 #:                   `house`: how the core is built, whether observers and order change the motion, and instructions, over those of
 #:                   another build folder with `house --before BUILD`; `first`: first calls on bare systems of both releases;
 #:                   `experiment`: studies on the twin, 45 minutes; `fuzz`: a search for contacts that go wrong; `python`: what a
-#:                   step costs from Python; `scenes` also writes the table of all shipped scenes, build/figures/scenes.md, and `robots`
+#:                   step costs from Python; `workbench`: what people see, type and publish; `scenes` also writes the table of all shipped scenes, build/figures/scenes.md, and `robots`
 #:                   that of the robots below ../shared and the folder HAPTIC_ROBOTS, build/figures/robots.md
 . "$(dirname "$0")/parts/start.sh"
 
@@ -176,6 +176,17 @@ bench_experiment() {
   [ -z "$failed" ] || fail "bench experiment: failed; see $LOGS/bench-experiment.log"
 }
 
+# What people see, type and publish: frames, numbers, recordings that were cut, studies. It takes half an hour.
+bench_workbench() {
+  setup run pages python experiment test tools
+  build_stack 'all tests' ON
+  use_build
+  with_progress 'bench workbench' "$LOGS/bench-workbench.log" python3 -B test/benchmark/workbench.py --build "$BUILD" || failed=workbench
+  rm -f "$FIGURES/bench-workbench.csv"
+  keep_figures bench-workbench "$LOGS/bench-workbench.log" '-O3 -DNDEBUG -ffp-contract=off'
+  [ -z "$failed" ] || fail "bench workbench: failed; see $LOGS/bench-workbench.log"
+}
+
 # What a user meets on a machine that has nothing: bare systems of both releases. It takes an hour and a half.
 bench_first() {
   setup test
@@ -250,11 +261,12 @@ case $filter in
   first) bench_first; exit ;;
   fuzz) bench_fuzz; exit ;;
   experiment) bench_experiment; exit ;;
+  workbench) bench_workbench; exit ;;
 esac
 names=$(for file in test/benchmark/*_bench.cpp; do basename "$file" _bench.cpp; done)
 # NAME takes NAME_* with it: parts of one benchmark that are programs of their own.
 chosen=$(echo "$names" | grep -x -e "$filter" -e "${filter}_.*" || echo "$names" | grep -F -e "$filter")
-[ -n "$chosen" ] || fail "no benchmark matches '$filter'; there are: $(echo "$names" | tr '\n' ' ')anywhere build experiment first fuzz python"
+[ -n "$chosen" ] || fail "no benchmark matches '$filter'; there are: $(echo "$names" | tr '\n' ' ')anywhere build experiment first fuzz python workbench"
 setup run bench
 forget_other_workspaces
 targets=$(echo "$chosen" | sed 's/^/bench_/' | tr '\n' ' ')
