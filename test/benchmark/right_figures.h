@@ -14,5 +14,6 @@ void runCarriers();   ///< carrier.*
 void runBalances();   ///< wrench.*, momentum.*
 void runEnergy();     ///< energy.*
 void runImpacts();    ///< impact.*, runaway.*
+void runRolling();    ///< roll.*
 
 }  // namespace haptic::bench

@@ -45,7 +45,9 @@ std::vector<double> numbersOf(const ConvexShape& shape) {
   Numbers numbers;
   shape.eachNumber(numbers);
   const auto add = [&](const auto& matrix) { numbers.all.insert(numbers.all.end(), matrix.data(), matrix.data() + matrix.size()); };
-  add(shape.centre()), add(shape.aabb().lower), add(shape.aabb().upper), add(shape.movingTurns());
+  add(shape.centre()), add(shape.aabb().lower), add(shape.aabb().upper);
+  const OwnTurns turns = shape.ownTurns({Vector3(1, 2, 2) / 3, 0.9 * shape.core(Vector3(1, 2, 2)), Matrix3::Identity()});
+  if (shape.spins()) add(turns.about), add(turns.axes);
   numbers.all.insert(numbers.all.end(), {shape.volume(), shape.boundingRadius(), shape.surface(), shape.leastWidth(), shape.rounding()});
   if (shape.bounded()) add(shape.massProperties(1.0 / 3).I_com);
   for (const Vector3& direction : {Vector3(1, 2, 3), Vector3(-3, 1, -0.5)}) add(shape.core(direction));

@@ -2,6 +2,7 @@
 
 #include "haptic_core/geometry/pairs/ball_contact.h"
 #include "haptic_core/geometry/pairs/ball_rod_contact.h"
+#include "haptic_core/geometry/pairs/compressing_rate.h"
 #include "haptic_core/geometry/pairs/ellipsoid_contact.h"
 #include "haptic_core/geometry/pairs/half_space_contact.h"
 #include "haptic_core/geometry/pairs/rod_contact.h"
@@ -68,34 +69,6 @@ const PairEntry& entryOf(const ShapePair& pair) {
   return pairEntry(pair.first.kind(), pair.second.kind());
 }
 
-/// Part of the approach rate that a shape's movingTurns leave, over a patch of tangents x and y in its frame: see CompressingRate.
-CompressingRate compressingRate(Shape shape, const Vector3& x, const Vector3& y, const Vector3& p_SP) {
-  if (!shape.spins()) return {};
-  const Vector3 &moving = shape.movingTurns(), lever = p_SP.cross(x.cross(y)), spins = lever - moving.cwiseProduct(lever),
-                along_x = moving.cwiseProduct(x), along_y = moving.cwiseProduct(y);
-  // The slope of a turn (ω_x, ω_y) is (ω_y, -ω_x).
-  const double mixed = -along_x.dot(y);
-  CompressingRate out;
-  out.all = false;
-  out.slope << along_y.dot(y), mixed, mixed, along_x.dot(x);
-  out.lever << spins.dot(y), -spins.dot(x);
-  return out;
-}
-
-/// Of two bodies the spins of both are taken away, one after the other, in the mean of both orders: for parallel axes those about
-/// one, for crossed ones all in the plane of both, continuous between.
-CompressingRate compressingRate(Shape A, Shape B, const Pose& X_AB, const Pose& X_AP) {
-  const auto into_B = [&](const Vector3& v) { return Vector3(X_AB.R.col(0).dot(v), X_AB.R.col(1).dot(v), X_AB.R.col(2).dot(v)); };
-  const Vector3 x = X_AP.R.col(0), y = X_AP.R.col(1);
-  const CompressingRate a = compressingRate(A, x, y, X_AP.p), b = compressingRate(B, into_B(x), into_B(y), into_B(X_AP.p - X_AB.p));
-  CompressingRate out;
-  out.all = false;
-  const Matrix2 product = a.slope * b.slope;
-  out.slope = 0.5 * (product + product.transpose());
-  out.lever = 0.5 * (a.lever + b.lever + a.slope * b.lever + b.slope * a.lever);
-  return out;
-}
-
 }  // namespace
 
 const PairEntry& pairEntry(ShapeKind first, ShapeKind second) noexcept {
@@ -106,7 +79,7 @@ void contactVolume(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB,
                    ContactVolume& out, const ContactRequest& request) noexcept {
   const ShapePair pair = ordered(A, B, X_AB);
   entryOf(pair).contact(pair, request, cache, workspace, out);
-  out.compressing = A.spins() || B.spins() ? compressingRate(A, B, X_AB, out.X_AP) : CompressingRate{};
+  out.compressing = compressingRate(A, B, X_AB, out);
 }
 
 void closestPoints(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB, const Vector3& direction,

@@ -16,7 +16,7 @@ Ball::Ball(double radius, const std::string& name) : ConvexShape(ShapeKind::kBal
     throw SetupError(name, "the volume of radius " + std::to_string(radius) + " m is no number",
                      "give coordinates in metres");
   }
-  moving_turns_.setZero();
+  spins_ = true;
   properties_ = {volume, volume, Vector3::Zero(), 0.4 * volume * radius * radius * Matrix3::Identity()};
   radius_ = radius;
   aabb_ = {Vector3::Constant(-radius), Vector3::Constant(radius)};

@@ -23,6 +23,7 @@ class Ball : public ConvexShape {
   void eachNumber(NumberVisitor& visitor) const override { visitor.visit(radius_); }
   Vector3 core(const Vector3&) const override { return Vector3::Zero(); }
   double rounding() const override { return radius_; }  ///< its core is a point
+  OwnTurns ownTurns(const ContactPlace&) const override { return {Vector3::Zero(), Matrix3::Identity()}; }  ///< all about its centre
 };
 
 inline const Ball* ConvexShape::ball() const {

@@ -56,7 +56,7 @@ Cone::Cone(double radius, double top_radius, double length, const std::string& n
   checkLength(radius, "radius", name);
   checkLength(length, "length", name);
   if (top_radius != 0) checkLength(top_radius, "top radius", name);
-  moving_turns_ = turnsAcrossZ();
+  spins_ = true;
   tessellate(polygonalCone(radius, top_radius, half_, name), coneProperties(radius, top_radius, length));
 }
 

@@ -28,6 +28,19 @@ class NumberVisitor {
   virtual void visit(int value) = 0;     ///< a count
 };
 
+/// Where a shape is in contact, in its frame.
+struct ContactPlace {
+  Vector3 normal;    ///< of the contact, unit, out of the shape
+  Vector3 centroid;  ///< of the overlap V [m]
+  Matrix3 variance;  ///< of V's thickness about its centroid, along the patch [m²]
+};
+
+/// Turns that move a shape's surface along itself where it is in contact, so that the overlap V stays congruent.
+struct OwnTurns {
+  Vector3 about = Vector3::Zero();  ///< a point that all their axes share [m]
+  Matrix3 axes = Matrix3::Zero();   ///< Σ s e eᵀ over unit axes e; the share s is 1 where the surface stays where it is [1]
+};
+
 /// What all shapes have in common. Immutable; all queries are const, without heap and safe from any number of threads.
 class ConvexShape {
  public:
@@ -74,10 +87,9 @@ class ConvexShape {
   /// (in realtime)
   virtual Vector3 core(const Vector3& direction) const = 0;
   virtual double rounding() const { return 0; }  ///< see `core`
-  /// Of a turn the share that moves the shape's surface other than along itself: of a body of revolution 1 - z zᵀ, of a ball 0, of an
-  /// ellipsoid about an axis (a - b)²/(a² + b²) with the radii across it, of all others 1. About each axis of the shape's frame [1].
-  const Vector3& movingTurns() const { return moving_turns_; }
-  bool spins() const { return moving_turns_ != Vector3::Ones(); }  ///< some turns leave it where it is, or nearly
+  bool spins() const { return spins_; }  ///< some turns move its surface along itself
+  /// (in realtime) These turns, of a shape that `spins`: unless it knows more, those about z through its origin.
+  virtual OwnTurns ownTurns(const ContactPlace&) const { return {Vector3::Zero(), Vector3(0, 0, 1).asDiagonal()}; }
   /// The polyhedron that stands in for the shape in pairs that have no row of their own in the table of pairs, made once at set-up;
   /// null: none of its pairs needs one.
   virtual const ConvexPolyhedron* tessellation() const { return nullptr; }
@@ -95,9 +107,7 @@ class ConvexShape {
   MassProperties properties_;  ///< at density 1
   double radius_ = 0;                           ///< about the centre [m]
   Box aabb_{Vector3::Zero(), Vector3::Zero()};  ///< in the shape's frame
-  Vector3 moving_turns_ = Vector3::Ones();      ///< see movingTurns()
-  /// Of a body of revolution about z.
-  static Vector3 turnsAcrossZ() { return {1, 1, 0}; }
+  bool spins_ = false;                          ///< see ownTurns()
 
  private:
   ShapeKind kind_;

@@ -30,11 +30,7 @@ Ellipsoid::Ellipsoid(const Vector3& radii, const std::string& name) : ConvexShap
   if (!(volume > 0) || !std::isfinite(volume)) throw SetupError(name, "its volume is no number", "give radii in metres");
   const Vector3 squares = 0.2 * volume * radii.cwiseProduct(radii);
   properties_ = {volume, volume, Vector3::Zero(), Matrix3(Vector3(Vector3::Constant(squares.sum()) - squares).asDiagonal())};
-  // About x the surface moves along itself but for (y/z - z/y) of its way: nothing where the two are equal, all of it where one vanishes.
-  for (int i = 0; i < 3; ++i) {
-    const double a = radii[(i + 1) % 3], b = radii[(i + 2) % 3];
-    moving_turns_[i] = (a - b) * (a - b) / (a * a + b * b);
-  }
+  spins_ = true;
   radius_ = radii.maxCoeff();
   aabb_ = {-radii, radii};
   hull_ = std::make_shared<const ConvexPolyhedron>(stretchedBall(radii, name));

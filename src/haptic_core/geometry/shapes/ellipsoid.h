@@ -26,6 +26,8 @@ class Ellipsoid : public ConvexShape {
   std::vector<Vector3> corners() const override { return hull_->vertices(); }
   void eachNumber(NumberVisitor& visitor) const override;
   Vector3 core(const Vector3& direction) const override;
+  /// All about the normal through its outermost point: as it rolls there, V follows, and its form changes as the curvature alone does.
+  OwnTurns ownTurns(const ContactPlace& place) const override { return {core(place.normal), Matrix3::Identity()}; }
   const ConvexPolyhedron* tessellation() const override { return hull_.get(); }
   double tessellationError() const override { return error_; }
 

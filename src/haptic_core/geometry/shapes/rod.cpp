@@ -72,7 +72,7 @@ Rod::Rod(double radius, double length, Ends ends, const std::string& name)
   const double about_axis = 0.5 * tube * r2 + 0.4 * ball * r2;
   const double across = tube * (r2 / 4 + length * length / 12) +
                         ball * (0.4 * r2 + half_ * half_ + 0.75 * radius * half_);
-  moving_turns_ = turnsAcrossZ();
+  spins_ = true;
   properties_ = {volume, volume, Vector3::Zero(), Vector3(across, across, about_axis).asDiagonal()};
   const double top = half_ + rounding();
   radius_ = isCapsule() ? top : elementary::hypot(radius, half_);
@@ -95,6 +95,16 @@ ConvexShape::Box Rod::aabb(const Pose& X_WS) const {
     reach[i] = half_ * std::abs(axis[i]) + r_ * (isCapsule() ? 1 : std::sqrt(std::max(0.0, 1 - axis[i] * axis[i])));
   }
   return {X_WS.p - reach, X_WS.p + reach};
+}
+
+OwnTurns Rod::ownTurns(const ContactPlace& place) const {
+  const double beyond = std::abs(place.centroid.z()) - half_;
+  if (!isCapsule() || !(beyond > 0)) return ConvexShape::ownTurns(place);
+  // A ball's cap has the radius √6 σ. V lies within the round end where its centroid is that far beyond the tube; half as far the end
+  // has no share yet.
+  const double reach = std::sqrt(6 * std::max(0.0, place.variance(2, 2)));
+  const double share = std::clamp(2 * beyond / reach - 1, 0.0, 1.0);
+  return {Vector3(0, 0, std::copysign(half_, place.centroid.z())), Vector3(share, share, 1).asDiagonal()};
 }
 
 Vector3 Rod::core(const Vector3& direction) const {

@@ -24,6 +24,7 @@ class Rod : public ConvexShape {
   Box aabb(const Pose& X_WS) const override;
   Vector3 core(const Vector3& direction) const override;
   double rounding() const override { return isCapsule() ? r_ : 0; }  ///< a capsule is all that is near its axis
+  OwnTurns ownTurns(const ContactPlace& place) const override;  ///< about its axis; on a round end all about the end's centre
   TriangleMesh triangles() const override { return hull_->triangles(); }
   bool flat() const override { return false; }
   double surface() const override;

@@ -29,12 +29,12 @@ enum class NormalRule : unsigned char {
   kHistory      ///< n as it was when the pair was last separated, turning with A (the seeds' rule)
 };
 
-/// The part of an approach rate ḋ(r) = ρ + s·r over a patch that compresses: all of it, less what only spins a body of revolution about
-/// its axis (ConvexShape::movingTurns), as rolling does. It is ρ + lever·s + (slope s)·r.
+/// The part of an approach rate ḋ(r) = ρ + s·r over a patch that makes V thicker: all of it, less the motions that leave V congruent, as
+/// rolling does (compressing_rate.h). It is ρ + lever·s + (slope s)·r.
 struct CompressingRate {
-  Matrix2 slope = Matrix2::Identity();  ///< symmetric [1]
-  Vector2 lever = Vector2::Zero();      ///< from P to the axis, along the patch, as far as its spins are left out [m]
-  bool all = true;                      ///< neither body has such an axis: slope is 1, lever 0
+  Matrix2 slope = Matrix2::Identity();  ///< symmetric, from 0 to 1 [1]
+  Vector2 lever = Vector2::Zero();      ///< approach at P per unit of a slope that is left out, less that of P itself [m]
+  bool all = true;                      ///< neither body spins: slope is 1, lever 0
   /// Where a place of the patch feels, and is felt by, the turns that compress [m].
   Vector2 felt(const Vector2& r) const { return slope * r + lever; }
 };
