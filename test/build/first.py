@@ -5,7 +5,11 @@
                                       a CMakeLists.txt has changed within a day. Ends with `bare system: PASSED`, `FAILED` or `NOT RUN`
     test/build/first.py releases      which that are
     test/build/first.py [GROUP...]    figures first.*, of all groups or of: readme verbs tutorials wrong product interrupted deb
+
+Calls whose time is a figure have the machine to themselves and a disk that keeps what it is told to; of all others those of the two
+releases run side by side.
 """
+import concurrent.futures
 import os
 import random
 import re
@@ -33,10 +37,12 @@ class NotHere(Exception):
 
 
 class System:
-    """A bare system that keeps what its calls write, until it is removed."""
+    """A bare system that keeps what its calls write, until it is removed. `timed`: its disk obeys fsync, as a user's does."""
 
-    def __init__(self, release, name, **environment):
+    def __init__(self, release, name, timed=False, **environment):
         self.release, self.name, self.environment = release, f'{name}-{release}', environment
+        if timed:
+            self.environment = {**environment, 'HAPTIC_BARE_DISK': 'true'}
         self.remove()
 
     @property
@@ -74,7 +80,24 @@ def figure(name, value, unit='1'):
 
 
 def tell(line):
-    print(line, flush=True)
+    print(line + '\n', end='', flush=True)  # at once: releases tell side by side
+
+
+class Totals:
+    """How each call ended, and the figures of one release."""
+
+    def __init__(self):
+        self.right, self.figures = [], {}
+
+    def add(self, name, release, value, unit):
+        self.figures.setdefault((name, unit), []).append(value)
+        figure(f'first.{name}_{release}', value, unit)
+
+
+def on_both(function, totals):
+    """`function(release, totals)` of both releases, side by side; its results."""
+    with concurrent.futures.ThreadPoolExecutor(len(RELEASES)) as pool:
+        return list(pool.map(lambda release: function(release, totals), RELEASES))
 
 
 def failed(what, said, code):
@@ -108,26 +131,31 @@ def cache_of(release):
     return {'HAPTIC_BARE_CACHE': folder} if os.path.isdir(folder) else {}
 
 
+def ci_release(release, tests):
+    """The README's commands on a system of `release`, up to the first that fails."""
+    system = System(release, 'ci', **cache_of(release))
+    for command, reach in readme_calls():
+        if 'test' in command and not tests:
+            continue  # the tests' packages and their compilation once: CI has its time
+        code, said, wall, _ = system.call(command, reach)
+        tell(f'{release}: {command}: exit code {code} after {wall:.0f} s')
+        if code:
+            failed(command, said, code)
+            return False
+    system.remove()
+    return True
+
+
 def ci():
+    releases = releases_of_commit()
     try:
-        wrong = 0
-        for index, release in enumerate(releases_of_commit()):
-            system = System(release, 'ci', **cache_of(release))
-            for command, reach in readme_calls():
-                if index and 'test' in command:
-                    continue  # the tests' packages and their compilation once: CI has its time
-                code, said, wall, _ = system.call(command, reach)
-                tell(f'{release}: {command}: exit code {code} after {wall:.0f} s')
-                if code:
-                    wrong += 1
-                    failed(command, said, code)
-                    break
-            system.remove()
+        with concurrent.futures.ThreadPoolExecutor(len(releases)) as pool:
+            right = all(pool.map(ci_release, releases, (True, False)))
     except NotHere as reason:
         tell(f'bare system: NOT RUN ({reason})')
         return 0
-    tell(f'bare system: {"FAILED" if wrong else "PASSED"} ({", ".join(releases_of_commit())})')
-    return 1 if wrong else 0
+    tell(f'bare system: {"PASSED" if right else "FAILED"} ({", ".join(releases)})')
+    return 0 if right else 1
 
 
 def shared_cache(release):
@@ -135,6 +163,12 @@ def shared_cache(release):
     folder = os.path.join(ROOT, 'build', 'debian', f'ccache-{release}')
     os.makedirs(folder, exist_ok=True)
     return {'HAPTIC_BARE_CACHE': folder}
+
+
+def keep(folder, place):
+    """A copy of what a call has made, if it has."""
+    if os.path.isdir(folder):
+        shutil.copytree(folder, place, dirs_exist_ok=True)
 
 
 ESTIMATE = re.compile(r'setup: installs (\d+) Debian packages: (\d+) MB to fetch, with the build about (\d+) MB to write \(\d+ MB are free\) '
@@ -174,44 +208,55 @@ def large_packages(came):
             yield int(fields['Installed-Size']) / 1000, name, users
 
 
+def first_demo(release, totals):
+    """The README's first command, and what it costs."""
+    system = System(release, 'demo', timed=True)
+    code, said, wall, cpu = system.call('./run demo --seconds 2')
+    totals.right.append(code == 0)
+    if code:
+        failed(f'{release}: ./run demo --seconds 2', said, code)
+        return system
+    wrote, came = system.megabytes(), packages_that_came(system)
+    count, _, size, time_said, unit = ESTIMATE.search(said).groups()
+    seconds = float(time_said) * (60 if unit == 'min' else 1)
+    off = max(abs(seconds - wall) / wall, abs(float(size) - wrote) / wrote) * 100
+    for name, value, unit in (('demo_s', wall, 's'), ('demo_cpu_s', cpu, 's'), ('packages', len(came), '1'), ('fetched_mb', fetched(system), 'MB'),
+                              ('written_mb', wrote, 'MB'), ('estimate_off_pct', off, '%')):
+        totals.add(name, release, value, unit)
+    tell(f'    said {count} packages, {size} MB, {seconds:.0f} s; it wrote {wrote:.0f} MB and took {wall:.0f} s. Above 5 MB:')
+    for megabytes, name, users in large_packages(came):
+        tell(f'    {megabytes:6.1f} MB {name} <- {" ".join(users[:4])}')
+    return system
+
+
+def first_test(release, totals):
+    system = System(release, 'test', **shared_cache(release))
+    run(totals, system, './run test')
+    system.remove()
+
+
+HAS_DEMO = {}  # systems that have had the README's first command
+PACKAGES = {}  # folders of the packages that `./run package` has made on a bare system
+
+
 def readme(totals):
     """Each of the README's two commands begins on a system of its own. What the demo compiled is in the cache of all that comes later."""
     for release in RELEASES:
-        system = System(release, 'demo')
-        code, said, wall, cpu = system.call('./run demo --seconds 2')
-        totals['commands'] += 1
-        if code:
-            totals['failed'] += 1
-            failed(f'{release}: ./run demo --seconds 2', said, code)
-        else:
-            wrote, got, came = system.megabytes(), fetched(system), packages_that_came(system)
-            count, _, size, time_said, unit = ESTIMATE.search(said).groups()
-            seconds = float(time_said) * (60 if unit == 'min' else 1)
-            off = max(abs(seconds - wall) / wall, abs(float(size) - wrote) / wrote) * 100
-            for name, value, unit in (('demo_s', wall, 's'), ('demo_cpu_s', cpu, 's'), ('packages', len(came), '1'), ('fetched_mb', got, 'MB'),
-                                      ('written_mb', wrote, 'MB'), ('estimate_off_pct', off, '%')):
-                totals.setdefault(name, {})[release] = value
-                figure(f'first.{name}_{release}', value, unit)
-            tell(f'    said {count} packages, {size} MB, {seconds:.0f} s; it wrote {wrote:.0f} MB and took {wall:.0f} s. Above 5 MB:')
-            for megabytes, name, users in large_packages(came):
-                tell(f'    {megabytes:6.1f} MB {name} <- {" ".join(users[:4])}')
+        system = HAS_DEMO[release] = first_demo(release, totals)
+        keep(os.path.join(system.written, 'root', '.cache', 'ccache'), shared_cache(release)['HAPTIC_BARE_CACHE'])
+        system.environment = shared_cache(release)
         for command, reach in readme_calls()[2:]:
             run(totals, system, command, reach)
-        shutil.copytree(os.path.join(system.written, 'root', '.cache', 'ccache'), shared_cache(release)['HAPTIC_BARE_CACHE'], dirs_exist_ok=True)
-        system.remove()
-        system = System(release, 'test', **shared_cache(release))
-        run(totals, system, './run test')
-        system.remove()
-    for name, unit in (('demo_s', 's'), ('demo_cpu_s', 's'), ('packages', '1'), ('fetched_mb', 'MB'), ('written_mb', 'MB'), ('estimate_off_pct', '%')):
-        figure(f'first.{name}', max(totals.get(name, {'none': float('nan')}).values()), unit)
+    on_both(first_test, totals)
+    for (name, unit), values in totals.figures.items():
+        figure(f'first.{name}', max(values), unit)
 
 
 def run(totals, system, command, reach=NETWORK, wanted=0):
     code, said, wall, _ = system.call(command, reach)
-    totals['commands'] += 1
+    totals.right.append(code == wanted)
     tell(f'{system.release}: {command}: exit code {code} after {wall:.0f} s')
     if code != wanted:
-        totals['failed'] += 1
         failed(f'{system.release}: {command}', said, code)
     return said
 
@@ -224,27 +269,40 @@ VERBS = ('./run check touch_cube', './run check spidar_g6x3r', './run check fric
          './run build', './run package', './run docs', './run report rest --quick')
 
 
+def verbs_of(release, totals):
+    system = HAS_DEMO.pop(release, None) or System(release, 'verbs', **shared_cache(release))
+    for command in VERBS:
+        run(totals, system, command)
+    for name in sorted(name[:-3] for name in os.listdir(os.path.join(ROOT, 'launch', 'verbs')) if name.endswith('.sh')):
+        run(totals, system, f'./run {name} --help', ALONE)
+    keep_packages(system)
+    system.remove()
+
+
 def verbs(totals):
-    for release in RELEASES:
-        system = System(release, 'verbs', **shared_cache(release))
-        for command in VERBS:
-            run(totals, system, command)
-        for name in sorted(name[:-3] for name in os.listdir(os.path.join(ROOT, 'launch', 'verbs')) if name.endswith('.sh')):
-            run(totals, system, f'./run {name} --help', ALONE)
-        system.remove()
+    on_both(verbs_of, totals)
+
+
+def keep_packages(system):
+    PACKAGES[system.release] = os.path.join(ROOT, 'build', 'debian', f'packages-{system.release}')
+    shutil.rmtree(PACKAGES[system.release], ignore_errors=True)
+    keep(os.path.join(system.written, 'haptics', 'build', 'packages'), PACKAGES[system.release])
+
+
+def tutorials_of(release, totals):
+    """In the order of their numbers, on a machine that has built nothing."""
+    system = System(release, 'tutorials', **shared_cache(release))
+    for page in PAGES:
+        for block in blocks_of(page):
+            if block['file']:
+                system.call(f"cat >'{block['file']}' <<'end-of-the-block'\n{block['text']}end-of-the-block\n", ALONE)
+            elif block['language'] == 'sh':
+                run(totals, system, block['text'])
+    system.remove()
 
 
 def tutorials(totals):
-    """In the order of their numbers, on a machine that has built nothing."""
-    for release in RELEASES:
-        system = System(release, 'tutorials', **shared_cache(release))
-        for page in PAGES:
-            for block in blocks_of(page):
-                if block['file']:
-                    system.call(f"cat >'{block['file']}' <<'end-of-the-block'\n{block['text']}end-of-the-block\n", ALONE)
-                elif block['language'] == 'sh':
-                    run(totals, system, block['text'])
-        system.remove()
+    on_both(tutorials_of, totals)
 
 
 WRONG = ('demo --scene nosuch', 'demo --scene no/such.urdf', 'demo --rate fast', 'demo --seconds -1', 'demo --port /dev/nosuch', 'demo --record /no/such/x.bag',
@@ -264,45 +322,47 @@ def wrong(totals):
             _, said, _, _ = system.call(f'began=$(date +%s%N); {call}; code=$?; echo "took $(($(date +%s%N) - began)) $code"', ALONE)
             took, code = re.search(r'^took (\d+) (\d+)$', said, re.M).groups()
             lines = [line for line in said.splitlines() if line.startswith('run: ')]
-            totals['commands'] += 1
-            if code == '0' or len(lines) != 1:
-                totals['failed'] += 1
+            totals.right.append(code != '0' and len(lines) == 1)
+            if not totals.right[-1]:
                 failed(f'{release}: ./run {words}', said, code)
             worst = max(worst, float(took) * 1e-9)
         system.remove()
     figure('first.wrong_call_s_max', worst, 's')
 
 
-def ends_of(release):
+def demo_time(release):
     """Seconds of a first demo: what an interruption may hit. Its objects fill the cache that all calls of this group share."""
     system = System(release, 'interrupted', **shared_cache(release))
     code, said, wall, _ = system.call('./run demo --seconds 2')
     if code:
         failed(f'{release}: ./run demo --seconds 2', said, code)
-    return system, code, wall
+    return system, wall
 
 
-def interrupted(totals, count=30):
+def interrupted_of(release, totals, count=15):
     """Calls that are ended at instants uniform over the first demo; the same call must end well then, with no other command. They share
     the compiler's cache, or an hour of compiling would be spent on each dozen; set-up and unpacking are whole."""
-    order, recovered, tried = random.Random(60), 0, 0
-    for release in RELEASES:
-        system, _, _ = ends_of(release)
+    order, recovered = random.Random(f'60 {release}'), 0
+    demo_time(release)
+    system, wall = demo_time(release)  # the cache is filled
+    for index in range(count):
         system.remove()
-        system, code, wall = ends_of(release)  # the cache is filled
-        for index in range(count // len(RELEASES)):
-            system.remove()
-            word = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)[index % 3]
-            after = order.uniform(0, wall)
-            process = system.start(f'env --default-signal=INT,QUIT ./run demo --seconds 2 & call=$!; (sleep {after:.2f}; kill -{word.value} $call) & wait $call; sleep 1')
-            said, _ = process.communicate()
-            code, again, _, _ = system.call('./run demo --seconds 2')
-            tried += 1
-            recovered += code == 0
-            tell(f'{release}: {word.name} after {after:.1f} of {wall:.0f} s: the next call ended with {code}')
-            if code:
-                failed(f'{release}: ./run demo --seconds 2 after {word.name} at {after:.1f} s', said + again, code)
-        system.remove()
+        word = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)[index % 3]
+        after = order.uniform(0, wall)
+        process = system.start(f'env --default-signal=INT,QUIT ./run demo --seconds 2 & call=$!; (sleep {after:.2f}; kill -{word.value} $call) & wait $call; sleep 1')
+        said, _ = process.communicate()
+        code, again, _, _ = system.call('./run demo --seconds 2')
+        totals.right.append(code == 0)
+        recovered += code == 0
+        tell(f'{release}: {word.name} after {after:.1f} of {wall:.0f} s: the next call ended with {code}')
+        if code:
+            failed(f'{release}: ./run demo --seconds 2 after {word.name} at {after:.1f} s', said + again, code)
+    system.remove()
+    return recovered, count
+
+
+def interrupted(totals):
+    recovered, tried = (sum(column) for column in zip(*on_both(interrupted_of, totals)))
     figure('first.interrupted_tried', tried)
     figure('first.interrupted_recovers', recovered)
 
@@ -312,26 +372,28 @@ def product(totals):
     done = subprocess.run([sys.executable, '-B', os.path.join(ROOT, 'test', 'commands', 'first_call_test.py'), 'Product.test_all'],
                           env={**os.environ, 'HAPTIC_FIRST_PRODUCT': '1'}, capture_output=True, text=True, check=False)
     tell(done.stdout.strip())
-    totals['commands'] += 1
+    totals.right.append(done.returncode == 0)
     if done.returncode:
-        totals['failed'] += 1
         failed('product of first calls', done.stderr, done.returncode)
+
+
+def deb_of(release, totals):
+    if release not in PACKAGES:
+        maker = System(release, 'deb', **shared_cache(release))
+        run(totals, maker, './run package')
+        keep_packages(maker)
+        maker.remove()
+    done = subprocess.run([os.path.join(ROOT, 'test', 'package', 'install.sh'), '--release', release, '--packages', PACKAGES[release]],
+                          capture_output=True, text=True, check=False)
+    tell(f'{release}: packages installed and run: exit code {done.returncode}')
+    if done.returncode:
+        failed(f'{release}: install.sh', done.stdout + done.stderr, done.returncode)
+    return done.returncode == 0
 
 
 def deb(totals):
     """From packages alone: made on one bare system, installed on another that has neither compiler nor checkout."""
-    right = 1
-    for release in RELEASES:
-        maker = System(release, 'deb', **shared_cache(release))
-        run(totals, maker, './run package')
-        done = subprocess.run([os.path.join(ROOT, 'test', 'package', 'install.sh'), '--release', release, '--packages',
-                               os.path.join(maker.written, 'haptics', 'build', 'packages')], capture_output=True, text=True, check=False)
-        tell(f'{release}: packages installed and run: exit code {done.returncode}')
-        if done.returncode:
-            right = 0
-            failed(f'{release}: install.sh', done.stdout + done.stderr, done.returncode)
-        maker.remove()
-    figure('first.deb_demo', right)
+    figure('first.deb_demo', int(all(on_both(deb_of, totals))))
 
 
 GROUPS = {'readme': readme, 'verbs': verbs, 'tutorials': tutorials, 'wrong': wrong, 'product': product, 'interrupted': interrupted, 'deb': deb}
@@ -347,7 +409,7 @@ def main(words):
     if unknown:
         print(f"first.py: unknown group '{unknown[0]}'; there are: {' '.join(GROUPS)}", file=sys.stderr)
         return 2
-    totals = {'commands': 0, 'failed': 0}
+    totals = Totals()
     try:
         for name in words or GROUPS:
             began = time.monotonic()
@@ -356,9 +418,11 @@ def main(words):
     except NotHere as reason:
         tell(f'bare system: NOT RUN ({reason})')
         return 1
-    figure('first.commands', totals['commands'])
-    figure('first.commands_failed', totals['failed'])
-    return 1 if totals['failed'] else 0
+    for system in HAS_DEMO.values():
+        system.remove()
+    figure('first.commands', len(totals.right))
+    figure('first.commands_failed', totals.right.count(False))
+    return 0 if all(totals.right) else 1
 
 
 if __name__ == '__main__':
