@@ -176,20 +176,53 @@ def _chunk(body, path):
 def messages(path, wanted=lambda topic, kind: True):
     """(topic, kind, definition, metadata, log_time, data) of each message of a channel that `wanted(topic, kind)`, in the order of the
     file; of a file that ends early, those of its complete chunks. Raises Damaged."""
-    schemas, channels = {}, {}
+    try:
+        yield from _messages(path, wanted)
+    except (struct.error, UnicodeDecodeError, KeyError) as error:
+        raise Damaged(f'{path}: a record does not hold what its kind says: the file is damaged') from error
+
+
+def is_complete(path):
+    """Whether the file has its end: its writer closed it, and nothing was cut off."""
     with open(path, 'rb') as file:
+        file.seek(max(0, file.seek(0, 2) - len(MAGIC)))
+        return file.read() == MAGIC and file.tell() > len(MAGIC)
+
+
+def _messages_at_its_end(path):
+    """The number of messages that the statistics of a complete file say; None: it has none."""
+    foot = 9 + 20 + len(MAGIC)
+    with open(path, 'rb') as file:
+        size = file.seek(0, 2)
+        file.seek(max(0, size - foot))
+        opcode, length, start = struct.unpack('<BQQ', file.read(17))
+        at = file.seek(start) if (opcode, length) == (FOOTER, 20) and 0 < start < size else size
+        while at + 9 <= size - foot:
+            opcode, length = struct.unpack('<BQ', file.read(9))
+            if opcode == STATISTICS:
+                return struct.unpack('<Q', file.read(8))[0]
+            at = file.seek(at + 9 + length)
+    return None
+
+
+def _messages(path, wanted):
+    schemas, channels, count = {}, {}, 0
+    told = _messages_at_its_end(path) if is_complete(path) else None
+    with open(path, 'rb') as file:
+        size = file.seek(0, 2)
+        file.seek(0)
         if file.read(len(MAGIC)) != MAGIC:
             raise Damaged(f'{path}: is no MCAP file')
         while len(head := file.read(9)) == 9:
             opcode, length = struct.unpack('<BQ', head)
             if opcode in (FOOTER, DATA_END):
-                return
+                break
+            if length > size - file.tell():
+                break  # it still grows, its writer was killed, or the number is wrong: the statistics tell
             if opcode not in (SCHEMA, CHANNEL, MESSAGE, CHUNK):
                 file.seek(length, 1)
                 continue
             body = file.read(length)
-            if len(body) < length:
-                return  # it still grows, or its writer was killed
             for code, content in _records(_chunk(body, path), path) if opcode == CHUNK else ((opcode, body),):
                 if code == SCHEMA:
                     name, at = _text(content, 2)
@@ -209,18 +242,19 @@ def messages(path, wanted=lambda topic, kind: True):
                     channels[number] = (topic, kind, definition.decode(), metadata) if is_ours else None
                 elif code == MESSAGE:
                     channel, _, log_time, _ = struct.unpack_from('<HIQQ', content)
+                    count += 1
                     if channels.get(channel):
                         yield (*channels[channel], log_time, content[22:])
+    if told is not None and count != told:
+        raise Damaged(f'{path}: {count} of its {told} messages are found: the file is damaged')
 
 
 def complete_bytes(path):
     """Bytes of a file that ends early up to the end of its last complete record; None: it has its end."""
-    size = os.path.getsize(path)
+    if is_complete(path):
+        return None
+    size, at = os.path.getsize(path), len(MAGIC)
     with open(path, 'rb') as file:
-        file.seek(max(0, size - len(MAGIC)))
-        if file.read() == MAGIC and size > len(MAGIC):
-            return None
-        at = len(MAGIC)
         while True:
             file.seek(at)
             head = file.read(9)

@@ -86,6 +86,18 @@ class Format(unittest.TestCase):
         with self.assertRaisesRegex(mcap_file.Damaged, "no MCAP"):
             self.read(b"something else")
 
+    def test_no_damage_of_a_byte_is_taken_for_a_short_file(self):
+        """What a complete file with one wrong byte gives is all, or an error: never less in silence."""
+        draw = random.Random(2)
+        end = self.bytes.index(mcap_file.record(mcap_file.DATA_END, b"\0\0\0\0"))  # what follows is the index, which is not read
+        for _ in range(400):
+            at = draw.randrange(len(mcap_file.MAGIC), end)
+            try:
+                got = self.read(self.bytes[:at] + bytes([self.bytes[at] ^ 1 << draw.randrange(8)]) + self.bytes[at + 1:])
+            except mcap_file.Damaged:
+                continue
+            self.assertEqual(len(got), len(self.sent), at)
+
     def test_headers_are_seen(self):
         for text, is_one in (("# a\nstd_msgs/Header header\nint32 a", True), ("Header header", True), ("uint8 A = 1\nHeader header", True),
                              ("int32 a\nHeader header", False), ("", False)):
@@ -184,11 +196,18 @@ class Recorded(unittest.TestCase):
         bad = os.path.join(self.folder, "bad.mcap")
         with open(bad, "wb") as file:
             file.write(mcap_file.MAGIC)
-        for verb in ("replay", "report"):
-            call = Call(verb, bad)
-            self.assertNotEqual(call.code, 0)
-            self.assertEqual(len(call.errors), 1, call.errors)
-            self.assertIn("before its first tick", call.errors[0])
+        with open(self.path, "rb") as file:
+            whole = file.read()
+        first = len(mcap_file.MAGIC)
+        longer = whole[:first + 1] + b"\xff" * 6 + whole[first + 7:]  # the length of the first record
+        for content, said in ((mcap_file.MAGIC, "before its first tick"), (longer, "file is damaged")):
+            with open(bad, "wb") as file:
+                file.write(content)
+            for verb in ("replay", "report"):
+                call = Call(verb, bad)
+                self.assertNotEqual(call.code, 0)
+                self.assertEqual(len(call.errors), 1, call.errors)
+                self.assertIn(said, call.errors[0])
         call = Call("export", self.path, "--mcap")
         self.assertIn("an MCAP file already", "".join(call.errors))
         self.assertNotEqual(call.code, 0)
