@@ -1,9 +1,10 @@
 #include "scene/excited_inertia.h"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+
+#include "haptic_core/base/dense_matrix.h"
 
 namespace haptic {
 namespace {
@@ -113,8 +114,8 @@ class Sweep {
       if (!(scale.minCoeff() > 0)) return false;
       const Eigen::VectorXd inverse = scale.cwiseSqrt().cwiseInverse();
       const Eigen::MatrixXd share = inverse.asDiagonal() * D * inverse.asDiagonal();
-      if (!(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(share, Eigen::EigenvaluesOnly).eigenvalues()[0] > kLeastExcited)) return false;
-      I -= P * D.ldlt().solve(P.transpose());
+      if (!(eigenvalues(share)[0] > kLeastExcited)) return false;
+      I -= P * solveSymmetric(D, P.transpose());
     }
     if (link.parent < 0) return true;
     const Vector3 r = X_WL_[i].p - X_WL_[link.parent].p;

@@ -1,8 +1,5 @@
 #include "haptic_core/analysis/certificate.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/LU>
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
@@ -12,6 +9,7 @@
 
 #include "haptic_core/analysis/linearisation.h"
 #include "haptic_core/analysis/strong_damper.h"
+#include "haptic_core/base/dense_matrix.h"
 #include "haptic_core/base/disjoint_sets.h"
 #include "haptic_core/base/elementary.h"
 #include "haptic_core/world/model.h"
@@ -57,11 +55,11 @@ class VerletMotion {
     for (std::size_t i = 0; i < contacts_.size(); ++i) {
       auto of = J.middleRows(6 * static_cast<Eigen::Index>(i), 6);
       of = rows.of(*contacts_[i]);
-      K -= of.transpose() * contacts_[i]->stiffness * of;
+      K -= of.transpose().lazyProduct(contacts_[i]->stiffness.lazyProduct(of).eval());
     }
     J_ = J.sparseView();
-    by_J_ = Matrix(M.llt().solve(J.transpose())).sparseView();
-    beside_ = Matrix(M.llt().solve(K)).sparseView();
+    by_J_ = solveSymmetric(M, J.transpose()).sparseView();
+    beside_ = solveSymmetric(M, K).sparseView();
   }
 
   /// Whether a motion grows in steps of length h [s]: the largest change of acceleration from one step to the next by a fifth, from the
@@ -75,7 +73,7 @@ class VerletMotion {
     for (const auto* c : contacts_) {
       const bool strong = isStrong(c->damping, layerArea(c->volume), c->parts, h, c->law.reduced_mass);
       const Matrix6 sW = 0.5 * h * c->mobility, of_D = Matrix6::Identity() + sW * c->damping;
-      settles.push_back(strong ? Matrix6(of_D.partialPivLu().solve(sW)) : Matrix6(Matrix6::Zero()));
+      settles.push_back(strong ? Matrix6(Matrix6(inverse(of_D)) * sW) : Matrix6(Matrix6::Zero()));
     }
     Vector x = Vector::Zero(n), v(n), F = Vector::Zero(m), F_before(m), a = Vector::Zero(n);
     for (Eigen::Index i = 0; i < n; ++i) v[i] = elementary::cos(2.0 * static_cast<double>(i * i) + 1);  // in no mode's kernel
@@ -156,19 +154,19 @@ IslandCertificate judgeIsland(const Linearisation& linear, const Model& model, c
   const Matrix K = linear.stiffness(trees, rows.first, rows.count);
   island.degrees = static_cast<int>(rows.count);
   island.mass_ratio = heaviest / lightest;
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix> modes(K, M);
-  island.frequency = std::sqrt(std::max(0.0, modes.eigenvalues().maxCoeff()));
+  const Modes modes = modesOf(K, M);
+  island.frequency = std::sqrt(std::max(0.0, modes.values.maxCoeff()));
   Matrix stiff = K;
-  for (Eigen::Index i = 0; i < modes.eigenvalues().size(); ++i) {
-    const Vector mode = M * modes.eigenvectors().col(i);
-    if (modes.eigenvalues()[i] < 0) stiff -= modes.eigenvalues()[i] * mode * mode.transpose();
+  for (Eigen::Index i = 0; i < modes.values.size(); ++i) {
+    const Vector mode = M * modes.vectors.col(i);
+    if (modes.values[i] < 0) stiff -= modes.values[i] * mode * mode.transpose();
   }
   island.limit = kSafe * largestStep(VerletMotion(contacts, rows, M, stiff), 0.999 * 2 / island.frequency, goOn);
-  const double least = modes.eigenvalues().minCoeff();
+  const double least = modes.values.minCoeff();
   const double noise = kGrowthNoise * std::sqrt(settings.gravity.norm() / size);
   island.growth = least < -noise * noise ? std::sqrt(-least) : 0;
   // The contact that holds most of the stiffest mode's energy.
-  const Vector mode = modes.eigenvectors().col(island.degrees - 1);
+  const Vector mode = modes.vectors.col(island.degrees - 1);
   double most = -1;
   for (const int c : touching) {
     const Vector u = rows.of(linear.contacts[c]) * mode;
@@ -243,7 +241,7 @@ Certificate certify(const WorldDef& def, double settle_s, const std::function<bo
         if (M(i, i) > 0 && n[i] != 0) rows.push_back(i);
       }
       const Vector n_rows = n(rows);
-      if (!rows.empty()) inverse_mass += n_rows.dot(Matrix(M(rows, rows)).llt().solve(n_rows));
+      if (!rows.empty()) inverse_mass += n_rows.dot(Vector(solveSymmetric(M(rows, rows), n_rows)));
     });
     pair.mass = inverse_mass > 0 ? 1 / inverse_mass : std::numeric_limits<double>::infinity();
     const double b = c.damping(5, 5);

@@ -1,10 +1,10 @@
 #include "haptic_core/analysis/linearisation.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "haptic_core/base/dense_matrix.h"
 #include "haptic_core/dynamics/joint_space_inertia.h"
 
 namespace haptic {
@@ -133,7 +133,8 @@ void Linearisation::linearise(const std::function<bool()>& goOn) {
     Matrix6 springs = Matrix6::Zero();  // friction: the normal part comes from the differences
     springs.block<3, 3>(2, 2) = c.stiffness.block<3, 3>(2, 2);
     c.eachTree([&](int column, const Matrix& J) {
-      c.eachTree([&](int row, const Matrix& J_row) { blockOf(column, row).K += J_row.transpose() * springs * J; });
+      const Matrix pull = springs.lazyProduct(J);
+      c.eachTree([&](int row, const Matrix& J_row) { blockOf(column, row).K += J_row.transpose().lazyProduct(pull); });
     });
   }
 }
@@ -151,7 +152,7 @@ void Linearisation::shareMobility() {
   }
   for (Contact& c : contacts) {
     c.parts = std::max(moves_[c.tree_a] ? count[c.tree_a] : 1, moves_[c.tree_b] ? count[c.tree_b] : 1);
-    c.eachTree([&](int t, const Matrix& J) { c.mobility += count[t] * (J * M[t].llt().solve(J.transpose())); });
+    c.eachTree([&](int t, const Matrix& J) { c.mobility += count[t] * Matrix6(J.lazyProduct(solveSymmetric(M[t], J.transpose()))); });
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "haptic_core/base/dense_matrix.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/base/symmetric_matrix.h"
 #include "haptic_core/dynamics/quaternion_step.h"
@@ -99,7 +100,7 @@ void Articulation::boundMobility(int i, double tree_mass) {
   }
   const auto turns = link.S_C.topLeftCorner(3, link.dof), slides = link.S_C.bottomLeftCorner(3, link.dof);
   const Eigen::MatrixXd inertia = turns.transpose() * I_C * turns + mass * slides.transpose() * slides;
-  link.joint_mobility.topLeftCorner(link.dof, link.dof) = inertia.inverse();
+  link.joint_mobility.topLeftCorner(link.dof, link.dof) = inverse(inertia);
 }
 
 void Articulation::compileLink(int i) {

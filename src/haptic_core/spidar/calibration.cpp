@@ -1,9 +1,8 @@
 #include "haptic_core/spidar/calibration.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <cmath>
 
+#include "haptic_core/base/dense_matrix.h"
 #include "haptic_core/base/error.h"
 
 namespace haptic {
@@ -121,14 +120,12 @@ double WaveProblem::linearise(MatrixXd& normal, VectorXd& gradient, double& squa
     cost += e.squaredNorm();
     squares += error.squaredNorm();
     if (!sample.known) {
-      const MatrixXd weighted = root.asDiagonal() * A;
-      const MatrixXd Q =
-          Eigen::HouseholderQR<MatrixXd>(weighted).householderQ() * MatrixXd::Identity(strings, def.dof);
-      J -= Q * (Q.transpose() * J);
-      e -= Q * (Q.transpose() * e);
+      const MatrixXd moved = projectorOnto(root.asDiagonal() * A);
+      J -= moved.lazyProduct(J).eval();
+      e -= moved.lazyProduct(e).eval();
     }
     normal.selfadjointView<Eigen::Lower>().rankUpdate(J.transpose());
-    gradient += J.transpose() * e;
+    gradient += J.transpose().lazyProduct(e);
   }
   const VectorXd precision = priorPrecision(), prior = priorError();
   normal = normal.selfadjointView<Eigen::Lower>();
@@ -137,7 +134,7 @@ double WaveProblem::linearise(MatrixXd& normal, VectorXd& gradient, double& squa
   return cost + prior.dot(precision.cwiseProduct(prior));
 }
 
-/// Orthonormal basis of the six rigid motions of all exits, in the parameters' order.
+/// Projector onto the six rigid motions of all exits, in the parameters' order.
 MatrixXd rigidMotions(const DeviceDef& def) {
   const int strings = static_cast<int>(def.strings.size());
   MatrixXd rigid = MatrixXd::Zero(kPerString * strings, 6);
@@ -145,14 +142,13 @@ MatrixXd rigidMotions(const DeviceDef& def) {
     rigid.block<3, 3>(kPerString * i, 0) = Matrix3::Identity();
     rigid.block<3, 3>(kPerString * i, 3) = -crossMatrix(def.strings[i].p_BE);
   }
-  return Eigen::HouseholderQR<MatrixXd>(rigid).householderQ() * MatrixXd::Identity(rigid.rows(), 6);
+  return projectorOnto(rigid);
 }
 
 /// Largest standard deviation of an exit's coordinate once the six rigid motions of all exits are taken out.
 double sigmaWithoutRigidMotion(const DeviceDef& def, const MatrixXd& covariance) {
-  const MatrixXd Q = rigidMotions(def);
-  const MatrixXd complement = MatrixXd::Identity(Q.rows(), Q.rows()) - Q * Q.transpose();
-  const VectorXd variance = (complement * covariance * complement).diagonal();
+  const MatrixXd rigid = rigidMotions(def), rest = MatrixXd::Identity(rigid.rows(), rigid.rows()) - rigid;
+  const VectorXd variance = rest.cwiseProduct(rest.lazyProduct(covariance)).rowwise().sum();  // diagonal of rest · covariance · restᵀ
   double largest = 0;
   for (std::size_t i = 0; i < def.strings.size(); ++i)
     largest = std::max(largest, variance.segment<3>(kPerString * i).maxCoeff());
@@ -169,11 +165,11 @@ VectorXd dampedStep(const WaveProblem& problem, const MatrixXd& normal, const Ve
   bool known = false;
   for (const CalibrationSample& sample : problem.samples) known = known || sample.known;
   if (!known) {
-    const MatrixXd Q = rigidMotions(problem.def);
-    downhill -= Q * (Q.transpose() * downhill);
-    damped += normal.diagonal().mean() * Q * Q.transpose();
+    const MatrixXd rigid = rigidMotions(problem.def);
+    downhill -= rigid.lazyProduct(downhill).eval();
+    damped += normal.diagonal().mean() * rigid;
   }
-  return Eigen::LDLT<MatrixXd>(damped).solve(downhill);
+  return solveSymmetric(damped, downhill);
 }
 
 void requireEnough(const DeviceDef& def, const std::vector<CalibrationSample>& samples) {
@@ -235,7 +231,7 @@ Calibration calibrateFromWave(const DeviceDef& def, const StringVector& zero_len
   out.zero_length = problem.zero_length;
   out.samples = static_cast<int>(samples.size());
   out.residual = std::sqrt(squares / (samples.size() * def.strings.size()));
-  out.covariance = Eigen::LDLT<MatrixXd>(normal).solve(MatrixXd::Identity(normal.rows(), normal.cols()));
+  out.covariance = solveSymmetric(normal, MatrixXd::Identity(normal.rows(), normal.cols()));
   out.exit_sigma = sigmaWithoutRigidMotion(problem.def, out.covariance);
   return out;
 }

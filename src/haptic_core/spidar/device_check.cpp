@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "haptic_core/base/dense_matrix.h"
 #include "haptic_core/base/elementary.h"
 #include "haptic_core/spidar/spidar.h"
 #include "haptic_core/spidar/tension_distribution.h"
@@ -175,7 +176,7 @@ void examineHome(const DeviceDef& def, Probe& probe, DeviceReport& report) {
     report.stiffness += s.min_tension / length[i] * (Vector3::Ones() - d.cwiseAbs2());
     rounded.row(i) *= std::sqrt(12.0) / std::fabs(s.length_per_count);
   }
-  const Eigen::MatrixXd covariance = (rounded.transpose() * rounded).inverse();
+  const Eigen::MatrixXd covariance = inverse(rounded.transpose().lazyProduct(rounded));
   report.resolution = covariance.diagonal().head<3>().cwiseSqrt();
   if (def.dof >= 6)
     report.turn_resolution = covariance.diagonal().segment<3>(3).cwiseSqrt() / report.knot_radius;

@@ -1,9 +1,9 @@
 #include "haptic_core/spidar/string_kinematics.h"
 
-#include <Eigen/SVD>
 #include <cmath>
 #include <limits>
 
+#include "haptic_core/base/dense_matrix.h"
 #include "haptic_core/spidar/small_cholesky.h"
 
 namespace haptic {
@@ -285,8 +285,7 @@ StringVector StringKinematics::lengths(const GripPose& pose) const noexcept {
 }
 
 Eigen::VectorXd StringKinematics::singularValues(const GripPose& pose) const {
-  const Eigen::MatrixXd A = scaledStructure(pose);
-  return Eigen::JacobiSVD<Eigen::MatrixXd>(A).singularValues();
+  return haptic::singularValues(scaledStructure(pose));
 }
 
 StructureMatrix StringKinematics::scaledStructure(const GripPose& pose) const noexcept {
