@@ -95,18 +95,18 @@ std::string withDigits(const std::string& obj) {
   return text;
 }
 
-constexpr unsigned kSteps = aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices;
+constexpr unsigned kImportSteps = aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices;
 
 const aiScene* read(Assimp::Importer& importer, const std::string& path) {
   const std::string ending = endingOf(path);
-  if (ending != ".stl" && ending != ".obj") return importer.ReadFile(path, kSteps);
+  if (ending != ".stl" && ending != ".obj") return importer.ReadFile(path, kImportSteps);
   std::string bytes = bytesOf(path);
   if (ending == ".obj") {
     bytes = withDigits(bytes);
   } else if (bytes.compare(0, 5, "solid") != 0 || bytes.find("facet") == std::string::npos) {
     dropTrailingBytes(bytes);
   }
-  return importer.ReadFileFromMemory(bytes.data(), bytes.size(), kSteps, ending.c_str() + 1);
+  return importer.ReadFileFromMemory(bytes.data(), bytes.size(), kImportSteps, ending.c_str() + 1);
 }
 
 }  // namespace
