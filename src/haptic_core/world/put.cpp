@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <string>
 
 #include "haptic_core/base/error.h"
@@ -20,6 +21,49 @@ constexpr double kMostGiven = 1e9;
 void requireLink(const Model& model, const char* what, int link) {
   if (link >= 0 && link < static_cast<int>(model.links.size())) return;
   throw SetupError(what, "there is no link " + std::to_string(link), "the scene has " + std::to_string(model.links.size()));
+}
+
+/// What wrenches on a link do in one step, were it free: in shares of its size and of a radian.
+struct StepShares {
+  double way = 0, turn = 0;
+};
+
+/// A link without inertia of its own moves with others of its tree: it counts as a thousandth of that.
+StepShares sharesOf(const Model& model, int link, const LinkWrench& wrench, const Matrix3& R_WL) {
+  constexpr double kOfTree = 1e-3;
+  const ModelLink& named = model.links[link];
+  const Articulation& tree = *model.trees[named.articulation].model;
+  const LinkModel& its = tree.link(named.local);
+  double mass = 0;
+  for (int i = 0; i < tree.linkCount(); ++i) mass += tree.link(i).mass;
+  const double least = kOfTree * mass, h = model.settings.step / model.settings.substeps;
+  const auto inLink = [&](const Vector3& f) { return wrench.in_link ? f : Vector3(R_WL.transpose() * f); };
+  const Vector3 force = inLink(wrench.F.force), lever = wrench.p_L - its.p_LO - its.p_OC;
+  const Vector3 torque = inLink(wrench.F.torque) + lever.cross(force);
+  const double accelerates = std::fmin(its.mobility, 1 / least) * force.norm();
+  const double turns = std::fmin((its.turn_mobility * torque).norm(), torque.norm() / (least * named.size * named.size));
+  return {accelerates * h * h / named.size, turns * h * h};
+}
+
+/// Refuses a wrench that, with the others on its link, moves it by its size in a step, or turns it by a radian: no step resolves that.
+void requireResolved(const Model& model, int link, const LinkWrench& wrench, const State& state, const Matrix3& R_WL) {
+  const StepShares own = sharesOf(model, link, wrench, R_WL);
+  StepShares all = own;
+  for (int i = 0; i < state.wrench_count; ++i) {
+    if (state.wrenches[i].link != link) continue;
+    const StepShares other = sharesOf(model, link, state.wrenches[i].wrench, R_WL);
+    all.way += other.way, all.turn += other.turn;
+  }
+  const double most = std::fmax(all.way, all.turn);
+  if (most <= 1) return;
+  const double rest = 1 - (most - std::fmax(own.way, own.turn));
+  std::ostringstream text, remedy;
+  text.precision(3), remedy.precision(3);
+  text << "would move link " << model.links[link].name << " by " << all.way << " of its size, " << model.links[link].size
+      << " m, and turn it by "
+       << all.turn << " rad in one step";
+  remedy << "give at most " << std::fmax(0, rest) / std::fmax(own.way, own.turn) << " of it";
+  throw SetupError("wrench", text.str(), remedy.str());
 }
 
 /// Nothing but forces moves any link of the tree.
@@ -59,6 +103,16 @@ void settleAnew(const Model& model, int tree, State& state, Work& work) {
   renewSupply(model, work, state);
 }
 
+/// Joints that follow others go where these were put: closing would move leaders and followers towards each other.
+void putFollowers(const Articulation& tree, double* q) {
+  const std::vector<BodyDef>& links = tree.def().links;
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    const JointDef& joint = links[i].joint;
+    if (joint.mimic_joint < 0) continue;
+    q[tree.link(static_cast<int>(i)).q] = joint.mimic_multiplier * q[tree.link(joint.mimic_joint).q] + joint.mimic_offset;
+  }
+}
+
 }  // namespace
 
 void putFree(const Vector3& p_LO, const Vector3& p_WL, const Quaternion& q_WL, const Twist& V_WL, double* q, double* v) noexcept {
@@ -88,6 +142,7 @@ void applyWrench(const Model& model, int link, const LinkWrench& wrench, double 
     if (state.wrench_count == kMostWrenches) {
       throw SetupError(kWhat, std::to_string(kMostWrenches) + " act already", "wait for one to end, or end those of a link by 0 s");
     }
+    requireResolved(model, link, wrench, state, work.placement.link[link].X_WL.R);
     const auto steps = static_cast<std::uint64_t>(std::max(1LL, std::llround(seconds / model.settings.step)));
     state.wrenches[state.wrench_count++] = {link, state.step + steps, wrench};
   } else {
@@ -145,6 +200,7 @@ void putJoints(const Model& model, const std::vector<std::pair<int, double>>& po
     const ModelTree& tree = model.trees[t];
     if (!tree.has_laws) continue;
     std::fill_n(state.v.begin() + tree.v, tree.model->nv(), 0.0);  // those that close loops stand as well
+    putFollowers(*tree.model, state.q.data() + tree.q);
     if (work.joints[t]->close(state.q.data() + tree.q, state.v.data() + tree.v, work.placement.link.data() + tree.link)) continue;
     state.q = q;
     state.v = v;

@@ -66,7 +66,7 @@ class World {
 
   /// Between two steps: a wrench on a link from the next step on, for a time [s] of whole steps, at least one; 0 s ends all that act
   /// on the link. Part of the state. Throws SetupError: no such link, a link that nothing pushes (fixed, in a hand, on a motion), numbers
-  /// that are not finite, more than kMostWrenches at once.
+  /// that are not finite, more than kMostWrenches at once, a wrench that moves the link by its size, or turns it by a radian, in a step.
   void applyWrench(int link, const LinkWrench& wrench, double seconds);
   int wrenchCount() const;                            ///< wrenches that act in the next step
   const AppliedWrench& wrench(int i) const;           ///< i < wrenchCount()

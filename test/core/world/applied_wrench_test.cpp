@@ -6,6 +6,7 @@
 #include "../../comparators/velocity_verlet.h"
 #include "../../scenes/actors.h"
 #include "haptic_core/base/error.h"
+#include "haptic_core/world/model.h"
 
 namespace haptic {
 namespace applied_wrench_test {
@@ -263,6 +264,25 @@ TEST(Put, WhatIsPutIntoTheFloorIsPushedOutSlowly) {
     ASSERT_LT((world.linkPose(1).p - fresh.linkPose(1).p).norm(), 1e-12) << i;
   }
   EXPECT_GT(world.linkPose(1).p.z(), 0.02);
+}
+
+/// F h²/m is the way of a free body in a step, τ h²/I its turn: up to its size, up to a radian, with all that act on it.
+TEST(Wrench, ThatNoStepResolvesIsRefused) {
+  const LoneBody body;
+  World world(alone(body, WorldSettings{}));
+  const double h = world.settings().step, size = world.model().links[0].size;
+  const Vector3 most = body.mass * size / (h * h) * Vector3::UnitX(), turn = body.inertia()(2, 2) / (h * h) * Vector3::UnitZ();
+  for (const Vector3& force : {Vector3(1.01 * most), Vector3(1e9 * Vector3::UnitZ())}) {
+    EXPECT_THROW(world.applyWrench(0, inWorld(Vector3::Zero(), force), h), SetupError);
+  }
+  EXPECT_THROW(world.applyWrench(0, inWorld(1.01 * turn, Vector3::Zero()), h), SetupError);
+  world.applyWrench(0, inWorld(0.99 * turn, Vector3::Zero()), h);
+  world.applyWrench(0, inWorld(Vector3::Zero(), 0.99 * most), h);
+  EXPECT_THROW(world.applyWrench(0, inWorld(Vector3::Zero(), 0.02 * most), h), SetupError);
+  world.applyWrench(0, LinkWrench{}, 0);
+  EXPECT_NO_THROW(world.applyWrench(0, inWorld(Vector3::Zero(), 0.02 * most), h));
+  world.step();
+  EXPECT_TRUE(world.report().finite);
 }
 
 TEST(Put, HandsFixedBodiesAndJointsAreLeft) {
