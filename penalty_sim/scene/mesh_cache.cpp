@@ -15,7 +15,7 @@ namespace haptic {
 namespace {
 
 /// Another number where the pieces of the same mesh are others: after a change of hulls or cuts.
-constexpr char kFormat[] = "haptic mesh, cut: 1\n";
+constexpr char kFormat[] = "haptic mesh, cut: 2\n";
 
 struct Kept {
   std::vector<ShapeParts> pieces;

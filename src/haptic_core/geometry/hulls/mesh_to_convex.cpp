@@ -6,6 +6,7 @@
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/geometry/hulls/plane_decomposition.h"
+#include "haptic_core/geometry/hulls/thinned_hull.h"
 
 namespace haptic {
 namespace {
@@ -78,6 +79,8 @@ std::vector<std::shared_ptr<const ConvexPolyhedron>> convexPieces(const Triangle
   report.size = (hull->aabb().upper - hull->aabb().lower).maxCoeff();
   report.mesh_volume = firstOpenEdge(mesh)[0] < 0 ? massProperties(mesh, 1.0).volume : std::nan("");
   const double tolerance = std::max(settings.relative_tolerance * report.size, settings.absolute_tolerance);
+  double inward = 0;
+  hull = thinnedHull(hull, kThinnedShare * tolerance, settings.name, inward);
   for (const auto& t : mesh.triangles) {
     if (settings.decompose && report.hull_distance > tolerance) break;  // the pieces have a distance of their own
     report.hull_distance = deepest(*hull, mesh.vertices[t[0]], mesh.vertices[t[1]], mesh.vertices[t[2]],
@@ -92,6 +95,7 @@ std::vector<std::shared_ptr<const ConvexPolyhedron>> convexPieces(const Triangle
     return decomposed(mesh, settings, tolerance, report);
   }
   report.pieces = 1;
+  report.hull_distance = std::max(report.hull_distance, inward);
   report.pieces_volume = hull->volume();
   return {hull};
 }

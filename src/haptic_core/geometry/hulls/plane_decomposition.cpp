@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/geometry/hulls/thinned_hull.h"
 
 namespace haptic {
 namespace {
@@ -255,8 +256,14 @@ std::vector<Hull> Cutter::run(const TriangleMesh& mesh, DecompositionReport& rep
   }
   std::vector<Hull> hulls;
   for (const Part& part : done) {
-    report.distance = std::max(report.distance, part.depth);
-    hulls.push_back(part.hull);
+    // Corners on a cut stay: the neighbour has the same ones.
+    const auto isOnCut = [&](const Vector3& p) {
+      return std::any_of(part.cuts.begin(), part.cuts.end(),
+          [&](const CutPlane& cut) { return std::abs(cut.normal.dot(p) - cut.offset) < near_; });
+    };
+    double inward = 0;
+    hulls.push_back(thinnedHull(part.hull, kThinnedShare * settings_.tolerance, name_, inward, isOnCut));
+    report.distance = std::max({report.distance, part.depth, inward});
   }
   join(hulls);
   return hulls;
