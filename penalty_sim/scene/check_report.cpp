@@ -17,7 +17,7 @@ using Lines = std::vector<std::string> CheckReport::*;
 constexpr struct {
   Lines lines;
   const char *title, *key;
-} kSections[] = {{&CheckReport::replaced, "replaced, drawn in magenta", "replaced"},
+} kSections[] = {{&CheckReport::replaced, "replaced, shapes in magenta", "replaced"},
                  {&CheckReport::warnings, "to mend", "warnings"},
                  {&CheckReport::hands, "what a hand feels and carries", "hands"},
                  {&CheckReport::weak_drives, "drives that cannot hold the start pose", "weak_drives"},

@@ -196,8 +196,6 @@ const XmlElement* shapeIn(const XmlElement& collision, const std::string& where)
 Vector3 boxSize(const XmlFile& file, const XmlElement& box, const std::string& where) {
   const auto size = readVector(file, box, "size");
   if (!size) throw SetupError(where, "<box> has no size", "give size=\"x y z\" in metres");
-  if (size->minCoeff() <= 0)
-    throw SetupError(where, "<box> has a size that is not > 0", "write three sizes > 0 in metres");
   return *size;
 }
 
@@ -289,7 +287,7 @@ ShapePieces CollisionShapes::makeGround(const RobotFile& robot, const std::strin
       throw SetupError(where, std::string("mesh ") + geometry.Attribute("filename") + " is not found",
                        remedyFor(geometry.Attribute("filename")));
     }
-    made.picture = readMesh(path, meshScale(robot, where, geometry), where);
+    made.picture = readMesh(path, meshScale(robot, geometry), where);
     text << "ground under mesh " << std::filesystem::path(path).filename().string();
   } else {
     const HeightGrid grid = heightsOf(robot, where, shape);

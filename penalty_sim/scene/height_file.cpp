@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <sstream>
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/base/parse_numbers.h"
+#include "scene/text_file.h"
 
 namespace haptic {
 namespace {
@@ -37,11 +36,7 @@ void addRow(const std::string& text, const std::string& where, HeightGrid& grid)
 }  // namespace
 
 HeightGrid readHeights(const std::string& path) {
-  std::error_code code;
-  std::ifstream file(path);
-  if (!file || !std::filesystem::is_regular_file(path, code)) {
-    throw SetupError(path, "cannot be read", "check the path and its permissions");
-  }
+  std::istringstream file(readTextFile(path));
   HeightGrid grid;
   int number = 0;
   for (std::string line; std::getline(file, line);) {

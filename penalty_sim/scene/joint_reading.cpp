@@ -5,17 +5,15 @@
 #include <sstream>
 
 #include "scene/link_inertia.h"
+#include "scene/number_bounds.h"
 
 namespace haptic {
 namespace {
 
-/// A limit that robot_check wrote where the file has none.
-constexpr double kNoLimit = 1e9;
-
 constexpr double kHoldFrequency = 5;  ///< [Hz]; see giveGains
 
 double bounded(double limit) {
-  return std::abs(limit) >= kNoLimit ? std::copysign(INFINITY, limit) : limit;
+  return std::abs(limit) >= kUnlimited ? std::copysign(INFINITY, limit) : limit;
 }
 
 void readLimits(const RobotFile& robot, const JointXml& xml, JointDef& joint) {
@@ -68,6 +66,7 @@ void readExtension(const RobotFile& robot, const JointXml& xml, JointDef& joint,
 
 /// What hangs on joint `first`, at the initial pose: its load on the joint per unit of acceleration, and under gravity.
 struct Load {
+  double mass = 0;     ///< [kg]
   double inertia = 0;  ///< about the axis; mass for a sliding joint [kg·m²] or [kg]
   double weight = 0;   ///< force of gravity along the joint [N·m] or [N]
 };
@@ -84,6 +83,7 @@ Load loadBeyond(const ArticulationDef& articulation, const std::vector<Pose>& X_
     if (i != first) beyond[i] = link.parent >= 0 && beyond[link.parent];
     if (!beyond[i]) continue;
     const Vector3 weight = link.inertia.mass * gravity;
+    load.mass += link.inertia.mass;
     if (kindOf(joint.type).slides) {
       load.inertia += link.inertia.mass;
       load.weight += axis_W.dot(weight);
@@ -215,6 +215,24 @@ std::vector<HoldingEffort> holdingEfforts(const ArticulationDef& articulation, c
     efforts.push_back({joint.name, std::abs(weightOn(articulation, X_WL, i, gravity)), joint.max_effort, kindOf(joint.type).turns > 0});
   }
   return efforts;
+}
+
+std::vector<IdleJoint> idleJoints(const ArticulationDef& articulation, const Vector3& gravity) {
+  constexpr double kCarried = 1e-2;  // of the weight at its full lever: with less a joint hangs, or its axis is upright [1]
+  const std::vector<Pose> X_WL = initialPoses(articulation);
+  std::vector<IdleJoint> idle;
+  for (std::size_t i = 0; i < articulation.links.size(); ++i) {
+    const JointDef& joint = articulation.links[i].joint;
+    if (!isScalar(joint.type) || joint.mimic_joint >= 0) continue;
+    const bool turns = kindOf(joint.type).turns > 0;
+    const Load load = loadBeyond(articulation, X_WL, i, Vector3::Zero());
+    const double weight = std::abs(weightOn(articulation, X_WL, i, gravity));
+    const bool carries = weight > kCarried * gravity.norm() * (turns ? std::sqrt(load.inertia * load.mass) : load.mass);
+    const bool weak = hasMotor(joint) && joint.max_effort < kLeastAcceleration * load.inertia;
+    if (hasMotor(joint) ? weak : carries && joint.drive == JointDef::Drive::kNone)
+      idle.push_back({joint.name, joint.max_effort, weight, load.inertia, turns});
+  }
+  return idle;
 }
 
 }  // namespace haptic

@@ -39,4 +39,17 @@ struct HoldingEffort {
 /// Of all drives of a tree that follow positions and have a finite limit, at the initial pose.
 std::vector<HoldingEffort> holdingEfforts(const ArticulationDef& articulation, const Vector3& gravity);
 
+/// A joint that its drive cannot move.
+struct IdleJoint {
+  std::string joint;    ///< its name
+  double effort = 0;    ///< its limit; 0 or infinite: there is no drive [N·m] or [N]
+  double weight = 0;    ///< what gravity asks for at the start, followers included [N·m] or [N]
+  double inertia = 0;   ///< of what hangs on it [kg·m²] or [kg]
+  bool turns = false;   ///< N·m
+};
+
+/// Joints of one degree, followers left out, that must carry a weight and have no drive, or whose drive accelerates them by less than
+/// kLeastAcceleration.
+std::vector<IdleJoint> idleJoints(const ArticulationDef& articulation, const Vector3& gravity);
+
 }  // namespace haptic

@@ -15,8 +15,6 @@ Matrix3 pointInertia(double mass, const Vector3& r) {
   return mass * (r.squaredNorm() * Matrix3::Identity() - r * r.transpose());
 }
 
-/// Density of solid plastic or of a machine with its hollows; only the estimate for single links uses it.
-constexpr double kEstimateDensity = 1000;
 /// A link without shape and inertia that some motion of a joint moves alone gets this share of the mean link mass, as a ball of this
 /// radius: small beside its neighbours, large enough that nothing divides by almost zero.
 constexpr double kEstimateMassShare = 0.01, kEstimateRadius = 0.02;
@@ -63,6 +61,12 @@ LinkInertia inertiaOfShapes(const std::vector<CollisionDef>& collisions, double 
     merge({shape.mass, shape.com, shape.I_com}, collision.X_LS, sum);
   }
   return sum;
+}
+
+Matrix3 momentsOfShapes(const std::vector<CollisionDef>& collisions, double mass) {
+  const LinkInertia solid = inertiaOfShapes(collisions, 1);
+  if (!(solid.mass > 0)) return 0.4 * mass * kEstimateRadius * kEstimateRadius * Matrix3::Identity();
+  return mass / solid.mass * solid.I_C;
 }
 
 namespace {
@@ -173,7 +177,7 @@ void warnOfTriangle(const LinkDef& link, const std::string& place, std::vector<s
 }  // namespace
 
 void completeInertias(ArticulationDef& tree, const std::vector<std::string>& places, const std::vector<bool>& given, double density,
-                      LoadReport& said) {
+                      const OptionWords& words, LoadReport& said) {
   InertiaMender mender(tree, places, density, said);
   const bool none = std::none_of(tree.links.begin(), tree.links.end(), [](const LinkDef& link) { return link.inertia.mass > 0; });
   double heaviest = 0;
@@ -185,7 +189,7 @@ void completeInertias(ArticulationDef& tree, const std::vector<std::string>& pla
     }
     if (!given[i] && density <= 0 && none) {
       throw SetupError(places[i], "has no <inertial>, nor has any other moving link of '" + tree.name + "'",
-                       "add <inertial>, or load with --default-density 1000 (kg/m³)");
+                       "add <inertial>, or load with " + words.density + " (kg/m³)");
     }
     if (!given[i]) mender.fill(i);
     heaviest = std::max(heaviest, link.inertia.mass);

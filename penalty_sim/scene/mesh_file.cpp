@@ -4,17 +4,18 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
+#include <algorithm>
 #include <array>
 #include <assimp/Importer.hpp>
 #include <cctype>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 
 #include "haptic_core/base/error.h"
+#include "scene/text_file.h"
 
 namespace haptic {
 namespace {
@@ -68,18 +69,40 @@ std::string endingOf(const std::string& path) {
   return ending;
 }
 
-std::string bytesOf(const std::string& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+/// Whether a text of STL, whatever the case of its words, stands there; binary files may begin with "solid" as well.
+bool isTextStl(const std::string& lower) {
+  const std::size_t word = lower.find_first_not_of(" \t\r\n");
+  return word != std::string::npos && lower.compare(word, 5, "solid") == 0 && lower.find("facet") != std::string::npos;
 }
 
-/// A binary STL says how many triangles follow its head; what some programs append is no part of it.
-void dropTrailingBytes(std::string& stl) {
+/// A binary STL says how many triangles follow its head. Where whole triangles of its size follow beyond these, it is the count that is
+/// wrong; other bytes are no part of it. A shorter file has the triangles that are there.
+void mendBinaryStl(std::string& stl, MeshOddities& odd) {
   constexpr std::size_t kHead = 84, kTriangle = 50;
-  std::uint32_t count = 0;
   if (stl.size() < kHead) return;
+  std::uint32_t count = 0;
   std::memcpy(&count, stl.data() + 80, sizeof count);
-  if (count > 0 && stl.size() > kHead + kTriangle * std::size_t{count}) stl.resize(kHead + kTriangle * std::size_t{count});
+  const std::size_t whole = (stl.size() - kHead) / kTriangle;
+  const auto largest = [&](std::size_t begin, std::size_t end) {
+    float most = 0;
+    for (std::size_t t = begin; t < end; ++t) {
+      float corners[9];
+      std::memcpy(corners, stl.data() + kHead + kTriangle * t + 12, sizeof corners);
+      for (const float c : corners) most = std::isfinite(c) ? std::max(most, std::abs(c)) : INFINITY;
+    }
+    return most;
+  };
+  std::size_t taken = std::min<std::size_t>(count, whole);
+  constexpr float kOfSize = 10;  // corners of the rest, of the largest of those that are counted [1]
+  const bool rest = whole > taken && (stl.size() - kHead) % kTriangle == 0;
+  const float most = rest ? largest(taken, whole) : 0;
+  if (rest && std::isfinite(most) && (taken == 0 || (most > 0 && most <= kOfSize * largest(0, taken)))) taken = whole;
+  if (taken != count) {
+    odd.count = " counts " + std::to_string(count) + " triangles and has " + std::to_string(taken) + ", which are taken";
+    const auto mended = static_cast<std::uint32_t>(taken);
+    std::memcpy(stl.data() + 80, &mended, sizeof mended);
+  }
+  stl.resize(kHead + kTriangle * taken);
 }
 
 /// Assimp does not read numbers without a digit before their point.
@@ -97,37 +120,58 @@ std::string withDigits(const std::string& obj) {
 
 constexpr unsigned kImportSteps = aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices;
 
-const aiScene* read(Assimp::Importer& importer, const std::string& path) {
+const aiScene* read(Assimp::Importer& importer, const std::string& path, MeshOddities& odd) {
+  constexpr std::size_t kMostBytes = std::size_t{2} << 30;
   const std::string ending = endingOf(path);
+  std::string bytes = readFile(path, kMostBytes);
   if (ending != ".stl" && ending != ".obj") return importer.ReadFile(path, kImportSteps);
-  std::string bytes = bytesOf(path);
   if (ending == ".obj") {
-    bytes = withDigits(bytes);
-  } else if (bytes.compare(0, 5, "solid") != 0 || bytes.find("facet") == std::string::npos) {
-    dropTrailingBytes(bytes);
+    bytes = withDigits(withoutByteOrderMark(bytes));
+  } else {
+    std::string lower = withoutByteOrderMark(bytes);
+    for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    if (isTextStl(lower)) {
+      bytes = lower;
+    } else {
+      mendBinaryStl(bytes, odd);
+    }
   }
   return importer.ReadFileFromMemory(bytes.data(), bytes.size(), kImportSteps, ending.c_str() + 1);
 }
 
+/// Assimp's words of what it does not read, with the file's name for its own of a file in memory.
+std::string reasonOf(const Assimp::Importer& importer, const std::string& path) {
+  std::string reason = importer.GetErrorString();
+  std::replace(reason.begin(), reason.end(), '\n', ' ');
+  constexpr char kInMemory[] = "$$$___magic___$$$";
+  for (std::size_t at = reason.find(kInMemory); at != std::string::npos; at = reason.find(kInMemory)) {
+    const std::size_t end = reason.find_first_not_of(".abcdefghijklmnopqrstuvwxyz", at + sizeof kInMemory - 1);
+    reason.replace(at, std::min(end, reason.size()) - at, std::filesystem::path(path).filename().string());
+  }
+  return reason;
+}
+
 }  // namespace
 
-TriangleMesh readMesh(const std::string& path, const Vector3& scale, const std::string& where, int* dropped) {
+TriangleMesh readMesh(const std::string& path, const Vector3& scale, const std::string& where, MeshOddities* odd) {
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   // Points and lines bound no volume.
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  const aiScene* scene = read(importer, path);
+  MeshOddities found;
+  const aiScene* scene = nullptr;
+  try {
+    scene = read(importer, path, found);
+  } catch (const SetupError& refused) {
+    throw SetupError(where, std::string("mesh ") + refused.what(), "");
+  }
   if (!scene) {
-    std::string reason = importer.GetErrorString();
-    for (char& c : reason) c = c == '\n' ? ' ' : c;
-    throw SetupError(where, "mesh " + path + " cannot be read (" + reason + ")",
-                     "export it again as .stl, .dae or .obj");
+    throw SetupError(where, "mesh " + path + " cannot be read (" + reasonOf(importer, path) + ")", "export it again as .stl, .dae or .obj");
   }
   TriangleMesh mesh;
   VertexTable table(mesh);
-  int left_out = 0;
-  for (unsigned m = 0; m < scene->mNumMeshes; ++m) left_out += append(*scene->mMeshes[m], scale, table, mesh);
-  if (dropped) *dropped = left_out;
+  for (unsigned m = 0; m < scene->mNumMeshes; ++m) found.dropped += append(*scene->mMeshes[m], scale, table, mesh);
+  if (odd) *odd = found;
   if (mesh.triangles.empty()) throw SetupError(where, "mesh " + path + " has no triangle with finite corners", "export it again");
   return mesh;
 }

@@ -136,18 +136,15 @@ std::string meshPath(const RobotFile& robot, const std::string& where, const Xml
   return resolveResource(uri, robot.xml.path());
 }
 
-Vector3 meshScale(const RobotFile& robot, const std::string& where, const XmlElement& mesh) {
-  const Vector3 scale = readVector(robot.xml, mesh, "scale").value_or(Vector3::Ones());
-  if (scale.cwiseAbs().minCoeff() <= 0)
-    throw SetupError(where, "<mesh> has a scale of 0", "write three factors ≠ 0");
-  return scale;
+Vector3 meshScale(const RobotFile& robot, const XmlElement& mesh) {
+  return readVector(robot.xml, mesh, "scale").value_or(Vector3::Ones());
 }
 
 ShapePieces MeshShapes::make(const RobotFile& robot, const LinkXml& link, const std::string& where, const XmlElement& collision,
                              double surface_error) {
   const XmlElement& mesh = *collision.FirstChildElement("geometry")->FirstChildElement();
   const std::string path = meshPath(robot, where, mesh);
-  const Vector3 scale = meshScale(robot, where, mesh);
+  const Vector3 scale = meshScale(robot, mesh);
   if (path.empty()) {
     missing_.push_back(mesh.Attribute("filename") + (" (" + where + ")"));
     return standIn(robot, link, collision, "mesh " + std::string(mesh.Attribute("filename")) + " is not found");
@@ -158,11 +155,11 @@ ShapePieces MeshShapes::make(const RobotFile& robot, const LinkXml& link, const 
   const auto known = made_.find(key.str());
   if (known != made_.end()) return known->second;
   TriangleMesh triangles;
-  int dropped = 0;
+  MeshOddities odd;
   try {
-    triangles = readMesh(path, scale, where, &dropped);
+    triangles = readMesh(path, scale, where, &odd);
   } catch (const SetupError& unreadable) {
-    missing_.push_back(unreadable.what());
+    unreadable_.push_back(unreadable.what());
     return standIn(robot, link, collision, std::string(unreadable.what()).substr(where.size() + 2));
   }
   ConvexSettings settings;
@@ -177,8 +174,8 @@ ShapePieces MeshShapes::make(const RobotFile& robot, const LinkXml& link, const 
   ShapePieces made;
   cut(triangles, settings, options_.progress, made, report, made.replaced);
   const std::string name = "mesh " + std::filesystem::path(path).filename().string();
-  if (dropped > 0) {
-    made.replaced = std::to_string(dropped) + " of its triangles have a corner that is not finite and are left out" +
+  if (odd.dropped > 0) {
+    made.replaced = std::to_string(odd.dropped) + " of its triangles have a corner that is not finite and are left out" +
                     (made.replaced.empty() ? "" : ", the rest " + made.replaced);
   }
   if (!made.replaced.empty()) made.replaced = name + ": " + made.replaced;
@@ -186,11 +183,12 @@ ShapePieces MeshShapes::make(const RobotFile& robot, const LinkXml& link, const 
   measure(made);
   const double asked = surface_error > 0 ? surface_error : std::max(1e-3, 0.01 * report.size);
   if (report.hull_distance > asked) {
-    made.coarse = "the surface of " + name + " is felt up to " + inMillimetres(report.hull_distance) + " from where it is, " +
+    made.to_mend = "the surface of " + name + " is felt up to " + inMillimetres(report.hull_distance) + " from where it is, " +
                   inMillimetres(asked) + " was asked" + (report.unfinished ? " (cutting took too much work)" : "") + "; " +
                   (surface_error > 0 ? "cut it into convex meshes"
                                      : "ask for less by <haptic:shape surface_error=\"0.001\"/> beside <geometry>");
   }
+  if (!odd.count.empty()) made.to_mend = name + odd.count + (made.to_mend.empty() ? "" : "; " + made.to_mend);
   made_.emplace(key.str(), made);
   return made;
 }
@@ -214,18 +212,22 @@ ShapePieces MeshShapes::standIn(const RobotFile& robot, const LinkXml& link, con
 }
 
 void MeshShapes::refuseMissing(const std::vector<std::string>& pictures) const {
-  if (options_.missing != MissingMeshes::kStop || missing_.empty()) return;
+  if (options_.missing != MissingMeshes::kStop || (missing_.empty() && unreadable_.empty())) return;
   std::string list;
-  const std::string* sought = &missing_.front();  // one of a package says most about how to come by it
-  for (const std::string& file : missing_) {
-    list += (list.empty() ? "" : ", ") + file;
-    if (file.rfind("package://", 0) == 0) sought = &file;
+  for (const auto& files : {missing_, unreadable_}) {
+    for (const std::string& file : files) list += (list.empty() ? "" : ", ") + file;
   }
-  std::ostringstream where;
-  where << missing_.size() << (missing_.size() == 1 ? " mesh is" : " meshes are") << " not found or unreadable";
+  const auto counted = [](std::size_t count, const std::string& what) {
+    return std::to_string(count) + (count == 1 ? " mesh is " : " meshes are ") + what;
+  };
+  std::string where = missing_.empty() ? "" : counted(missing_.size(), "not found");
+  if (!unreadable_.empty()) where += (where.empty() ? "" : ", ") + counted(unreadable_.size(), "not readable");
   if (!pictures.empty()) list += ", and " + std::to_string(pictures.size()) + " of visuals";
-  throw SetupError(where.str(), list,
-                   remedyFor(*sought) + "; or load with --missing-meshes box or skip");
+  // One of a package says most about how to come by it; what is there wants no other place.
+  const auto of_package = std::find_if(missing_.begin(), missing_.end(), [](const std::string& file) { return file.rfind("package://",
+      0) == 0; });
+  const std::string remedy = missing_.empty() ? "" : remedyFor(of_package != missing_.end() ? *of_package : missing_.front()) + "; ";
+  throw SetupError(where, list, remedy + "or load with " + options_.words.missing);
 }
 
 }  // namespace haptic

@@ -1,11 +1,11 @@
 #include "scene/number_table.h"
 
 #include <cmath>
-#include <fstream>
 #include <sstream>
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/base/parse_numbers.h"
+#include "scene/text_file.h"
 
 namespace haptic {
 namespace {
@@ -23,8 +23,7 @@ std::vector<std::string> cellsOf(const std::string& line) {
 }  // namespace
 
 NumberTable readNumberTable(const std::string& path, const std::string& head) {
-  std::ifstream file(path);
-  if (!file) throw SetupError(path, "cannot be read", "check the path and its permissions");
+  std::istringstream file(readTextFile(path));
   NumberTable table;
   table.path = path;
   int number = 0;

@@ -158,6 +158,11 @@ std::vector<std::string> knownScenes(const std::vector<std::string>& folders) {
 std::string remedyFor(const std::string& uri) {
   if (uri.rfind(kPackage, 0) != 0) return "mend the name, or put the file beside the one that names it";
   const std::string rest = uri.substr(sizeof(kPackage) - 1), package = rest.substr(0, rest.find('/'));
+  for (const fs::path& entry : packagePath()) {
+    const fs::path folder = packageBelow(entry, package);
+    if (!folder.empty()) return "package " + package + " is " + folder.string()
+        + " and has no such file: mend the name, or get the whole package";
+  }
   const auto known = kWhereFrom.find(package);
   const std::string elsewhere = "set ROS_PACKAGE_PATH to the folder that holds it, or put it beside the file or above it";
   return "package " + package + " is not here: " + (known != kWhereFrom.end() ? known->second : elsewhere);

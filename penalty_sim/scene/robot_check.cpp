@@ -1,4 +1,4 @@
-/// The checks of joints and inertials.
+/// The checks of joints.
 #include <cmath>
 
 #include "scene/joint_reading.h"
@@ -7,13 +7,8 @@
 namespace haptic {
 namespace {
 
-/// Stands for "no limit" in a file that leaves out effort or velocity: beyond any drive.
-constexpr char kUnlimited[] = "1e9";
-
-XmlElement& childOrNew(XmlElement& parent, const char* name) {
-  XmlElement* element = parent.FirstChildElement(name);
-  return element ? *element : *parent.InsertNewChildElement(name);
-}
+/// kUnlimited, as a file that leaves out effort or velocity would write it.
+constexpr char kNoLimit[] = "1e9";
 
 void checkAxis(RobotFile& robot, const JointXml& joint) {
   XmlElement* axis = joint.element->FirstChildElement("axis");
@@ -27,11 +22,7 @@ void checkAxis(RobotFile& robot, const JointXml& joint) {
     if (axis) axis->SetAttribute("xyz", "1 0 0");
     return;
   }
-  const Vector3 direction = *readVector(robot.xml, *axis, "xyz");
-  const double length = direction.norm();
-  // Below this a direction is rounding, not a statement; files write axes with a few digits.
-  if (length < 1e-6)
-    throw SetupError(robot.at(joint), "its axis is zero", "give the axis a direction, e.g. 0 0 1");
+  const double length = readVector(robot.xml, *axis, "xyz")->norm();
   if (std::abs(length - 1) > 1e-3) {
     robot.warnings.push_back(robot.at(joint) + ": its axis has length " + std::to_string(length) +
                              " and is normalised");
@@ -41,30 +32,18 @@ void checkAxis(RobotFile& robot, const JointXml& joint) {
 void checkLimits(RobotFile& robot, const JointXml& joint) {
   XmlElement* limit = joint.element->FirstChildElement("limit");
   const bool needs_limits = joint.type == "revolute" || joint.type == "prismatic";
-  if (!limit && !needs_limits) return;
+  if (joint.type == "fixed" || (!limit && !needs_limits)) return;
   if (!limit) {
     robot.warnings.push_back(robot.at(joint) + ": is " + joint.type +
                              " without <limit>: taken as unlimited; add <limit>");
     limit = joint.element->InsertNewChildElement("limit");
-    limit->SetAttribute("lower", ("-" + std::string(kUnlimited)).c_str());
-    limit->SetAttribute("upper", kUnlimited);
+    limit->SetAttribute("lower", ("-" + std::string(kNoLimit)).c_str());
+    limit->SetAttribute("upper", kNoLimit);
   }
-  const double lower = readNumber(robot.xml, *limit, "lower").value_or(0);
-  const double upper = readNumber(robot.xml, *limit, "upper").value_or(0);
+  const double lower = needs_limits ? readNumber(robot.xml, *limit, "lower").value_or(0) : 0;
+  const double upper = needs_limits ? readNumber(robot.xml, *limit, "upper").value_or(0) : 0;
   for (const char* drive : {"effort", "velocity"}) {
-    const auto value = readNumber(robot.xml, *limit, drive);
-    if (!value) {
-      limit->SetAttribute(drive, kUnlimited);
-    } else if (*value < 0) {
-      throw SetupError(robot.at(joint), std::string("its ") + drive + " limit is negative",
-                       "write its size, or 0 for no drive");
-    }
-  }
-  if (needs_limits && lower > upper) {
-    throw SetupError(
-        robot.at(joint),
-        "its limits are upside down: lower " + std::to_string(lower) + " > upper " + std::to_string(upper),
-        "swap them");
+    if (!readNumber(robot.xml, *limit, drive)) limit->SetAttribute(drive, kNoLimit);
   }
   if (needs_limits && lower == upper) {
     robot.warnings.push_back(
@@ -73,37 +52,22 @@ void checkLimits(RobotFile& robot, const JointXml& joint) {
   }
 }
 
-void checkDynamics(RobotFile& robot, const JointXml& joint) {
-  const XmlElement* dynamics = joint.element->FirstChildElement("dynamics");
-  if (!dynamics) return;
-  const auto damping = readNumber(robot.xml, *dynamics, "damping");
-  const auto friction = readNumber(robot.xml, *dynamics, "friction");
-  for (const auto& value : {damping, friction}) {
-    if (value && *value < 0) {
-      throw SetupError(robot.at(joint), "its damping or friction is negative: it would drive the joint",
-                       "write a value ≥ 0");
-    }
-  }
-}
-
+/// A joint that cannot follow moves by itself.
 void checkMimic(RobotFile& robot, const JointXml& joint) {
-  const XmlElement* mimic = joint.element->FirstChildElement("mimic");
+  XmlElement* mimic = joint.element->FirstChildElement("mimic");
   if (!mimic) return;
   const std::string master = readName(robot.xml, *mimic, "joint");
-  readNumber(robot.xml, *mimic, "multiplier");
-  readNumber(robot.xml, *mimic, "offset");
+  const auto leaveOut = [&](const std::string& why) {
+    robot.replaced.push_back(robot.at(joint) + ": mimics joint '" + master + "', " + why
+        + ": <mimic> is left out, and the joint moves by itself");
+    joint.element->DeleteChild(mimic);
+  };
   const int index = robot.jointIndex(master);
-  if (index < 0) {
-    throw SetupError(robot.at(joint), "mimics joint '" + master + "', which does not exist",
-                     "mend the name or take <mimic> out");
-  }
+  if (index < 0) return leaveOut("which does not exist");
   // Follow the chain: more steps than joints means that it returns.
   const JointXml* at = &robot.joints[index];
   for (std::size_t steps = 0; at; ++steps) {
-    if (at == &joint || steps > robot.joints.size()) {
-      throw SetupError(robot.at(joint), "mimics itself through '" + master + "'",
-                       "let one joint of the ring move freely");
-    }
+    if (at == &joint || steps > robot.joints.size()) return leaveOut("and so itself");
     const XmlElement* next = at->element->FirstChildElement("mimic");
     const int follow = next && next->Attribute("joint") ? robot.jointIndex(next->Attribute("joint")) : -1;
     at = follow >= 0 ? &robot.joints[follow] : nullptr;
@@ -156,33 +120,7 @@ void checkJoints(RobotFile& robot) {
     readOrigin(robot.xml, *joint.element);
     checkAxis(robot, joint);
     checkLimits(robot, joint);
-    checkDynamics(robot, joint);
     checkMimic(robot, joint);
-  }
-}
-
-void checkInertials(RobotFile& robot) {
-  for (LinkXml& link : robot.links) {
-    XmlElement* inertial = link.element->FirstChildElement("inertial");
-    if (!inertial) continue;
-    readOrigin(robot.xml, *inertial);
-    const XmlElement* mass_element = inertial->FirstChildElement("mass");
-    if (!mass_element)
-      throw SetupError(robot.at(link), "its <inertial> has no <mass>", "add <mass value=\"...\"/>");
-    const auto mass = readNumber(robot.xml, *mass_element, "value");
-    if (!mass) throw SetupError(robot.at(link), "its <mass> has no value", "write value=\"...\" in kg");
-    if (*mass < 0) throw SetupError(robot.at(link), "its mass is negative", "write a mass > 0");
-    XmlElement& inertia = childOrNew(*inertial, "inertia");
-    for (const char* entry : {"ixx", "iyy", "izz", "ixy", "ixz", "iyz"}) {
-      const auto value = readNumber(robot.xml, inertia, entry);
-      if (value) continue;
-      const bool diagonal = entry[1] == entry[2];
-      if (diagonal && *mass > 0) {
-        throw SetupError(robot.at(link), std::string("its <inertia> has no ") + entry,
-                         "give all of ixx, iyy, izz");
-      }
-      inertia.SetAttribute(entry, "0");
-    }
   }
 }
 

@@ -4,6 +4,8 @@
 #include <cstring>
 
 #include "scene/gazebo_sensors.h"
+#include "scene/sound_numbers.h"
+#include "scene/text_file.h"
 #include "scene/xacro_run.h"
 
 namespace haptic {
@@ -177,8 +179,8 @@ std::unique_ptr<RobotFile> readRobot(const std::string& path, const SceneOptions
   readLinks(*robot);
   readJoints(*robot);
   checkTree(*robot);
+  makeNumbersSound(*robot);
   checkJoints(*robot);
-  checkInertials(*robot);
   takeGazeboSensors(*robot);
   return robot;
 }

@@ -21,6 +21,7 @@ struct LinkXml {
   std::vector<XmlElement*> collisions;
   std::vector<int> child_joints;  ///< indices in RobotFile::joints, in the order of the file
   int parent_joint = -1;          ///< -1: the root
+  bool spread_inertia = false;    ///< its mass is to be spread over its shapes: the file's moments are none
 };
 
 /// A joint of a URDF file, with its XML element.
@@ -31,9 +32,10 @@ struct JointXml {
   XmlElement* element = nullptr;
   XmlElement* extension = nullptr;  ///< <haptic:joint>, when there is one
   int parent = -1, child = -1;      ///< indices in RobotFile::links
+  bool says_effort = false;         ///< <limit effort=> stands in the file
 };
 
-/// A checked robot: one root, no loop, no name twice, every joint's data finite and sensible.
+/// A checked robot: one root, no loop, no name twice, numbers made sound (sound_numbers.h).
 struct RobotFile {
   /// Parses `text`, which `path` stands for; `readRobot` fills in the rest.
   RobotFile(const std::string& path, const std::string& text) : xml(path, text) {}
@@ -52,6 +54,9 @@ struct RobotFile {
   std::vector<std::string> warnings;
   /// What a user may want to know.
   std::vector<std::string> notes;
+  std::vector<std::string> replaced;  ///< numbers that cannot be right, and what stands in their place
+  int collisions_left_out = 0;        ///< whose sizes cannot be right
+  int inertials_left_out = 0;         ///< whose masses cannot be right
 
   /// "path:line: link 'name'".
   std::string at(const LinkXml& link) const { return xml.at(*link.element) + ": link '" + link.name + "'"; }
@@ -68,11 +73,8 @@ struct RobotFile {
 /// SetupError naming file, line, link or joint.
 std::unique_ptr<RobotFile> readRobot(const std::string& path, const SceneOptions& options);
 
-/// Checks every joint's axis, limits, dynamics and mimic, and fills in what URDF makes optional. Throws
+/// Checks every joint's type, axis, limits and mimic, and fills in what URDF makes optional. Throws
 /// SetupError; what can be mended is mended with a warning.
 void checkJoints(RobotFile& robot);
-
-/// Checks that every <inertial> is complete and finite, and fills in what files leave out. Throws SetupError.
-void checkInertials(RobotFile& robot);
 
 }  // namespace haptic

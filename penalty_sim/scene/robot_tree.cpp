@@ -11,6 +11,7 @@
 #include "scene/link_inertia.h"
 #include "scene/link_visuals.h"
 #include "scene/motion_reading.h"
+#include "scene/number_bounds.h"
 #include "scene/scene_extension.h"
 
 namespace haptic {
@@ -89,6 +90,11 @@ void TreeBuilder::build() {
   context_.scene.joints += static_cast<int>(robot_.joints.size());
   for (const std::string& warning : robot_.warnings) context_.scene.warnings.push_back(warning);
   for (const std::string& note : robot_.notes) context_.scene.notes.push_back(note);
+  for (const std::string& line : robot_.replaced) context_.scene.replaced.push_back(line);
+  context_.scene.collisions_tried += robot_.collisions_left_out;
+  for (const JointXml& joint : robot_.joints) {
+    if (joint.says_effort) context_.effort_places[settings_.prefix + joint.name] = robot_.at(joint);
+  }
   const LinkXml& root = robot_.links[robot_.root];
   if (isWorld(robot_.root)) {
     if (settings_.floating) {
@@ -203,16 +209,21 @@ void TreeBuilder::place(int xml_link, int articulation, int link, const Pose& X_
   }
   LinkDef& target = context_.scene.world.articulations[articulation].links[link];
   LinkPart& part = context_.parts[name];
+  CollisionReport report;
+  const auto first = static_cast<std::ptrdiff_t>(target.collisions.size());
+  addCollisions(xml, report, X_LM, articulation, link);
+  JudgedLink judged{robot_.at(xml), articulation, link, {target.collisions.begin() + first, target.collisions.end()}, {}, {X_LM.p}};
+  for (std::size_t c = 0; c < judged.collisions.size(); ++c) part.collisions.push_back(static_cast<int>(c) + static_cast<int>(first));
   if (xml.element->FirstChildElement("inertial")) {
-    const LinkInertia inertia = readInertia(robot_, xml);
+    LinkInertia inertia = readInertia(robot_, xml);
+    if (xml.spread_inertia) inertia.I_C = X_LM.R.transpose() * momentsOfShapes(judged.collisions, inertia.mass) * X_LM.R;
     merge(inertia, X_LM, target.inertia);
     merge(inertia, X_LM, part.inertia);
     has_inertial_[link] = true;
+    judged.inertia = part.inertia;
   }
-  CollisionReport report;
-  const std::size_t first = target.collisions.size();
-  addCollisions(xml, report, X_LM, articulation, link);
-  for (std::size_t c = first; c < target.collisions.size(); ++c) part.collisions.push_back(static_cast<int>(c));
+  for (const int child : xml.child_joints) judged.joints.push_back(X_LM * readOrigin(robot_.xml, *robot_.joints[child].element).p);
+  context_.judged.push_back(judged);
   for (VisualDef visual : readVisuals(robot_, xml, colours_, context_.missing_pictures, context_.scene)) {
     visual.articulation = articulation;
     visual.link = link;
@@ -244,7 +255,7 @@ void TreeBuilder::addCollisions(const LinkXml& link, CollisionReport& report, co
     const ShapePieces shape = context_.shapes.make(robot_, link, element);
     const std::string where = robot_.xml.at(element) + ": link '" + link.name + "'";
     if (!shape.replaced.empty()) context_.scene.replaced.push_back(where + ": " + shape.replaced);
-    if (!shape.coarse.empty()) context_.scene.warnings.push_back(where + ": " + shape.coarse);
+    if (!shape.to_mend.empty()) context_.scene.warnings.push_back(where + ": " + shape.to_mend);
     if (shape.pieces.empty()) continue;
     if (!shape.fixed_only.empty()) refuseMotion(robot_.xml.at(element), link.name, shape.fixed_only, articulation, target_link);
     CollisionDef collision;
@@ -304,7 +315,9 @@ void TreeBuilder::addPicture(const LinkXml& link, const ShapePieces& shape, cons
 void TreeBuilder::finish(int index) {
   ArticulationDef& articulation = context_.scene.world.articulations[index];
   resolveMimics(articulation);
-  completeInertias(articulation, context_.places[index], has_inertial_, options_.default_density, context_.scene);
+  // A file whose masses cannot be right is none without masses.
+  const double density = robot_.inertials_left_out > 0 && !(options_.default_density > 0) ? kEstimateDensity : options_.default_density;
+  completeInertias(articulation, context_.places[index], has_inertial_, density, options_.words, context_.scene);
   shareInertia(index);
   for (std::size_t i = 0; i < articulation.links.size(); ++i) {
     if (articulation.links[i].parent >= 0)
@@ -373,15 +386,13 @@ void TreeBuilder::resolveMimics(ArticulationDef& articulation) {
     JointDef& joint = articulation.links[self->second].joint;
     const std::string master = mimic->Attribute("joint");
     const auto followed = joint_link_.find(master);
-    if (followed == joint_link_.end()) {
-      throw SetupError(robot_.at(xml),
-                       "mimics joint '" + master + "', which does not move or belongs to another body",
-                       "let it follow a moving joint of the same tree");
-    }
-    if (!isScalar(joint.type) || !isScalar(articulation.links[followed->second].joint.type)) {
-      throw SetupError(robot_.at(xml),
-                       "mimics joint '" + master + "': only revolute, continuous and prismatic joints can",
-                       "take <mimic> out");
+    const bool moves = followed != joint_link_.end();
+    if (!moves || !isScalar(joint.type) || !isScalar(articulation.links[followed->second].joint.type)) {
+      context_.scene.replaced.push_back(
+          robot_.at(xml) + ": mimics joint '" + master +
+          (moves ? "': only revolute, continuous and prismatic joints can" : "', which does not move or belongs to another body") +
+          ": <mimic> is left out, and the joint moves by itself");
+      continue;
     }
     joint.mimic_joint = followed->second;
     joint.mimic_multiplier = readNumber(robot_.xml, *mimic, "multiplier").value_or(1);
@@ -396,6 +407,14 @@ void TreeBuilder::resolveMimics(ArticulationDef& articulation) {
       joint.mimic_multiplier *= master.mimic_multiplier;
       joint.mimic_joint = master.mimic_joint;
     }
+    if (joint.mimic_joint < 0 || (std::abs(joint.mimic_multiplier) <= kMultiplierBounds.largest
+        && std::isfinite(joint.mimic_offset))) continue;
+    std::ostringstream text;
+    text << "joint '" << joint.name << "' follows '" << articulation.links[joint.mimic_joint].joint.name
+        << "' over others, with a multiplier of "
+         << joint.mimic_multiplier << ": it cannot, and moves by itself";
+    context_.scene.replaced.push_back(text.str());
+    joint.mimic_joint = -1;
   }
   for (const LinkDef& link : articulation.links) {
     if (link.joint.mimic_joint >= 0) limitByFollower(link.joint, articulation.links[link.joint.mimic_joint].joint, context_.scene);

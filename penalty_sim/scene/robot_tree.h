@@ -42,6 +42,15 @@ struct SilentCollision {
   double extent = 0;                 ///< least extent [m]
 };
 
+/// A link of a file, as probable_numbers.h judges it; all in the frame of the link L that it went into.
+struct JudgedLink {
+  std::string where;  ///< "file:line: link 'x'"
+  int articulation = -1, link = -1;       ///< where it went
+  std::vector<CollisionDef> collisions;   ///< its own
+  LinkInertia inertia;                    ///< as the file gives it; mass 0: it does not
+  std::vector<Vector3> joints;            ///< origins of its own frame and of the joints that hang on it [m]
+};
+
 /// A scene under construction, and what its parts need to know of each other.
 struct LoadContext {
   /// `options` outlives this.
@@ -58,6 +67,8 @@ struct LoadContext {
   std::vector<SilentCollision> silent;           ///< whose stiffness is chosen once all is loaded
   std::vector<std::string> missing_pictures;     ///< files of visuals, each once
   std::vector<int> held;  ///< articulations whose joints hold their initial position
+  std::vector<JudgedLink> judged;                   ///< all links of the files
+  std::map<std::string, std::string> effort_places;  ///< "file:line: joint 'x'" by name with prefix, of those that say an effort
 };
 
 /// Appends the robot's articulations, visuals and adjacent-link filters. Throws SetupError.

@@ -17,6 +17,7 @@
 #include "haptic_core/base/program_version.h"
 #include "scene/check_report.h"
 #include "scene/hand_on_path.h"
+#include "scene/progress_watch.h"
 #include "scene/scene_file.h"
 #include "scene/step_cost.h"
 
@@ -125,15 +126,21 @@ int main(int argc, char** argv) {
   try {
     if (words.rate > 0) options.step = 1 / words.rate;
     options.missing = haptic::missingMeshesNamed(words.missing);
-    options.progress = [](const std::string& line) { std::fprintf(stderr, "scene_check: %s\n", line.c_str()); };
+    haptic::ProgressWatch watch([](const std::string& line) { std::fprintf(stderr, "scene_check: %s\n", line.c_str()); }, "loading "
+        + words.name);
+    options.progress = [&watch](const std::string& line) { watch.tell(line); };
     const haptic::SceneDef scene = haptic::loadScene(words.name, options);
+    watch.stage("certificate of explicit steps");
     const haptic::World world(scene.world);
     const haptic::Certificate certificate = haptic::certify(scene.world);
     haptic::CheckReport report = haptic::checkReport(scene, certificate);
+    watch.stage("cost of a step");
     report.cost = haptic::costLines(haptic::stepCost(scene.world));
+    watch.stage("deadline of a tick");
     const haptic::DeadlineReport deadline = deadlineOf(scene);
     report.deadline = {deadline.text()};
     bool good = true;
+    watch.stage("a hand pressed to the workspace's end");
     if (!words.device_file.empty()) {
       const haptic::DeviceDef device = haptic::loadDevice(words.device_file);
       for (const haptic::HandDef& hand : scene.hands) {
@@ -149,7 +156,7 @@ int main(int argc, char** argv) {
       std::fputs(haptic::checkText(report).c_str(), stdout);
       if (words.all) std::fputs((haptic::sceneText(scene) + world.planText() + certificate.text()).c_str(), stdout);
     }
-    const int code = !good || (words.strict && scene.warnings.size() + scene.replaced.size() > 0) ? 1 : 0;
+    const int code = !good || (words.strict && report.warnings.size() + report.replaced.size() + report.weak_drives.size() > 0) ? 1 : 0;
     if (words.json) return code;
     std::printf("figure check.least_over_deadline %.3g 1\n", deadline.least * deadline.seconds_per_unit / deadline.deadline);
     std::printf("figure check.collisions_lost %d 1\nfigure check.replaced %zu 1\nfigure check.warnings %zu 1\n",

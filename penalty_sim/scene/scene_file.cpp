@@ -9,10 +9,13 @@
 #include "scene/joint_motion.h"
 #include "scene/joint_reading.h"
 #include "scene/pointer_reading.h"
+#include "scene/probable_numbers.h"
+#include "scene/progress_watch.h"
 #include "scene/resource_path.h"
 #include "scene/scene_extension.h"
 #include "scene/scene_list.h"
 #include "scene/stiffness_choice.h"
+#include "scene/text_file.h"
 
 namespace haptic {
 namespace {
@@ -138,7 +141,8 @@ void warnOfPictures(LoadContext& context) {
   std::string list;
   for (const std::string& file : context.missing_pictures) list += (list.empty() ? "" : ", ") + file;
   context.scene.warnings.push_back(context.scene.file + ": " + std::to_string(context.missing_pictures.size()) +
-                                   " meshes of visuals are not found and not drawn: " + list + "; set ROS_PACKAGE_PATH");
+                                   " meshes of visuals are not found and not drawn: " + list + "; "
+                                       + remedyFor(context.missing_pictures.front()));
 }
 
 /// What `list` says, into the context, whose file is named.
@@ -162,6 +166,7 @@ SceneDef load(SceneList& list, const SceneOptions& options, bool guest, LoadCont
   }
   if (context.scene.world.pointers.empty() && options.add_pointer) addDefaultPointer(context);
   if (options.step > 0) context.scene.world.settings.step = options.step;
+  warnOfImprobableNumbers(context);
   checkMassRatio(context);
   filterInitialOverlaps(context);
   if (options.rigid) {
@@ -169,39 +174,52 @@ SceneDef load(SceneList& list, const SceneOptions& options, bool guest, LoadCont
     context.scene.world.settings.default_material.stiffness = ContactMaterial::kRigid;
     context.scene.world.settings.default_material.tangential_stiffness = ContactMaterial::kUnset;
   }
-  chooseStiffness(context);  // of those that collide
+  chooseStiffness(options.progress, context);  // of those that collide
   for (auto* lines : {&context.scene.notes, &context.scene.warnings, &context.scene.replaced}) {
     for (std::string& line : *lines) line = SetupError::oneLine(line);
   }
   return std::move(context.scene);
 }
 
+/// Where somebody hears of the progress, never in silence for long.
+SceneDef watched(const std::string& name, const SceneOptions& options, const std::function<SceneDef(const SceneOptions&)>& read) {
+  if (!options.progress) return read(options);
+  ProgressWatch watch(options.progress, "loading " + name);
+  SceneOptions told = options;
+  told.progress = [&watch](const std::string& line) { watch.tell(line); };
+  return read(told);
+}
+
 }  // namespace
 
 SceneDef loadScene(const std::string& file_or_name, const SceneOptions& options) {
-  LoadContext context(options);
-  context.scene.file = options.text ? file_or_name : findScene(file_or_name, options.scene_folders);
-  SceneList list;
-  if (!options.text && isList(context.scene.file))
-    list = readSceneList(context.scene.file), context.scene.text = readTextFile(context.scene.file);
-  else
-    list.models.push_back({context.scene.file, context.scene.file, "", ModelSettings()});
-  return load(list, options, false, context);
+  return watched(file_or_name, options, [&](const SceneOptions& told) {
+    LoadContext context(told);
+    context.scene.file = told.text ? file_or_name : findScene(file_or_name, told.scene_folders);
+    SceneList list;
+    if (!told.text && isList(context.scene.file))
+      list = readSceneList(context.scene.file), context.scene.text = readTextFile(context.scene.file);
+    else
+      list.models.push_back({context.scene.file, context.scene.file, "", ModelSettings()});
+    return load(list, told, false, context);
+  });
 }
 
 SceneDef loadModel(const std::string& file_or_name, const ModelSettings& model, const WorldSettings& running, SceneOptions options) {
   options.add_pointer = false;
   options.step = 0;
-  LoadContext context(options);
-  context.scene.file = options.text ? file_or_name : resolveResource(file_or_name, "");
-  if (context.scene.file.empty()) context.scene.file = findScene(file_or_name, options.scene_folders);
-  if (!options.text && isList(context.scene.file)) {
-    throw SetupError(context.scene.file, "is a list of models", "name a URDF; spawn its models one by one");
-  }
-  context.scene.world.settings = running;
-  SceneList list;
-  list.models.push_back({context.scene.file, context.scene.file, "", model});
-  return load(list, options, true, context);
+  return watched(file_or_name, options, [&](const SceneOptions& told) {
+    LoadContext context(told);
+    context.scene.file = told.text ? file_or_name : resolveResource(file_or_name, "");
+    if (context.scene.file.empty()) context.scene.file = findScene(file_or_name, told.scene_folders);
+    if (!told.text && isList(context.scene.file)) {
+      throw SetupError(context.scene.file, "is a list of models", "name a URDF; spawn its models one by one");
+    }
+    context.scene.world.settings = running;
+    SceneList list;
+    list.models.push_back({context.scene.file, context.scene.file, "", model});
+    return load(list, told, true, context);
+  });
 }
 
 }  // namespace haptic

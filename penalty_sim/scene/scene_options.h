@@ -24,6 +24,13 @@ struct MissingMeshesName {
 inline constexpr MissingMeshesName kMissingMeshes[] = {
     {MissingMeshes::kStop, "stop"}, {MissingMeshes::kBox, "box"}, {MissingMeshes::kSkip, "skip"}};
 
+/// How whoever loads a scene writes the choices that a refusal advises.
+struct OptionWords {
+  std::string density = "--default-density 1000";           ///< kg/m³
+  std::string missing = "--missing-meshes box or skip";     ///< of kMissingMeshes
+  std::string xacro = "--xacro name:=value";                ///< an argument
+};
+
 /// Choices of whoever loads a scene.
 struct SceneOptions {
   /// Density [kg/m³] for moving links without <inertial>; 0: a robot without any is refused, single links get
@@ -37,6 +44,7 @@ struct SceneOptions {
   MissingMeshes missing = MissingMeshes::kStop;  ///< of collisions; a missing visual is not drawn, and said
   std::vector<std::string> xacro;   ///< arguments of xacro files, "name:=value"
   std::optional<std::string> text;  ///< URDF in place of a file's; the file's name is then for messages and relative paths alone
+  OptionWords words;                ///< for refusals
   bool rigid = false;               ///< all surfaces are said to be rigid, whatever the files say
   std::function<void(const std::string&)> progress;  ///< told what takes its time, a line a second; empty: nobody is
 };

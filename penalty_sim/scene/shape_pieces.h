@@ -17,7 +17,7 @@ struct ShapePieces {
   double half_extent = 0;  ///< half of the shortest side of the box around all pieces [m]
   std::string fixed_only;  ///< why its link must be fixed to the world, "a half-space, which has no end"; empty: it may move
   std::string replaced;    ///< why, and by what, when it is not what the file has; empty: it is
-  std::string coarse;      ///< how far its surface is from the file's, where that is more than was asked; empty: it is not
+  std::string to_mend;     ///< how far its surface is from the file's, where that is more than was asked, and what is odd in a mesh's file
   TriangleMesh picture;    ///< of ground, in the collision's frame, for links without <visual>; empty: none
 };
 

@@ -1,8 +1,10 @@
 #include "scene/stiffness_choice.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <sstream>
 
 #include "haptic_core/analysis/chosen_stiffness.h"
@@ -254,15 +256,17 @@ void level(const std::vector<PlacedCollision>& placed, double k, LoadContext& co
 
 /// Raising pair by pair changes how things fall, and may end with one on its edge that no k carries. Then the least k for all with which
 /// the scene, by its own steps, rests as asked; one that rolls on is the second choice. False: there is none, and nothing has changed.
-bool levelWhereNothingElseDoes(const std::vector<PlacedCollision>& placed, LoadContext& context, RestingDepths& rest) {
+bool levelWhereNothingElseDoes(const std::vector<PlacedCollision>& placed, SettleBudget& budget, LoadContext& context,
+                               RestingDepths& rest) {
   const ContactMaterial& otherwise = context.scene.world.settings.default_material;
   std::vector<double> before;
   for (const PlacedCollision& each : placed) before.push_back(restOf(each));
   const std::vector<CollisionReport> reports = context.scene.collisions;
   double second = 0;
-  for (double k = DefaultMaterial::kStiffness; k <= kStiffest * kMargin; k *= kLadder) {
+  for (double k = DefaultMaterial::kStiffness; k <= kStiffest * kMargin && !budget.spent(); k *= kLadder) {
     level(placed, k, context);
-    rest = restingDepthsAsRun(context.scene.world, kFallSeconds);
+    rest = restingDepthsAsRun(context.scene.world, kFallSeconds, kAtRest, &budget);
+    if (budget.spent()) break;
     if (rest.contacts.empty() || !withinBounds(chosenRests(rest, placed, otherwise))) continue;
     if (rest.settled) return true;
     if (second == 0) second = k;
@@ -328,35 +332,61 @@ double restSpeed(const std::vector<PlacedCollision>& placed) {
   return std::fmin(kAtRest, 0.01 * kRigidSink * extent / kSettleStep);
 }
 
-void settleRest(const std::vector<PlacedCollision>& placed, LoadContext& context) {
+/// [units] of a scene's settling, about a nanosecond each: a few bodies settle by thousands of the scene's steps, many by 40 long ones.
+double settleWork(int moving) { return moving > kFewLinks ? 2e9 : 1e10; }
+
+/// What settles says so, a line a second.
+std::function<void(double)> settlingProgress(const std::function<void(const std::string&)>& tell, int moving) {
+  if (!tell) return {};
+  auto told = std::make_shared<std::chrono::steady_clock::time_point>(std::chrono::steady_clock::now());
+  return [=, &tell](double left) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - *told < std::chrono::seconds(1)) return;
+    *told = now;
+    tell("letting " + std::to_string(moving) + " links settle, to choose their stiffness: " +
+         std::to_string(std::lround(100 * std::max(0.0, left) / settleWork(moving))) + " % of the work left");
+  };
+}
+
+void tellUnsettled(int moving, LoadContext& context) {
+  context.scene.notes.push_back("settling " + std::to_string(moving) +
+                                " links ended before they were at rest, for it takes too much work: where a depth was not seen, stiffness is "
+                                "that which the weights ask for; give them one by <haptic:contact>");
+}
+
+void settleRest(const std::vector<PlacedCollision>& placed, const std::function<void(const std::string&)>& tell, LoadContext& context) {
   const WorldDef& world = context.scene.world;
   const ContactMaterial& otherwise = world.settings.default_material;
   const double at_rest = restSpeed(placed);
   const int moving = std::max(1, movingLinks(world)), steps = std::clamp(kLinkSteps / moving, kFewestSteps, kMostSteps);
+  SettleBudget budget;
+  budget.left = settleWork(moving);
+  budget.progress = settlingProgress(tell, moving);
   std::vector<ChosenRest> chosen;
   bool settled = false;
   const auto raiseWhile = [&](int rounds, bool cubed, const auto& settle) {
     for (int round = 0;; ++round) {
       const RestingDepths rest = settle();
       chosen = chosenRests(rest, placed, otherwise), settled = rest.settled;
-      if (round == rounds || !stiffenTooDeep(chosen, cubed || round > 0, context)) return;
+      if (round == rounds || budget.spent() || !stiffenTooDeep(chosen, cubed || round > 0, context)) return;
     }
   };
-  raiseWhile(moving > kFewLinks ? 1 : kRounds, false, [&] { return restingDepths(world, steps, at_rest); });
+  raiseWhile(moving > kFewLinks ? 1 : kRounds, false, [&] { return restingDepths(world, steps, at_rest, &budget); });
   // What leans may fall over by the scene's own steps only, and lies as these lay it.
-  if (moving <= kFewLinks) raiseWhile(kRounds, true, [&] { return restingDepthsAsRun(world, kFallSeconds, at_rest); });
+  if (moving <= kFewLinks) raiseWhile(kRounds, true, [&] { return restingDepthsAsRun(world, kFallSeconds, at_rest, &budget); });
   RestingDepths rest;
   const auto isDeep = [](const ChosenRest& each) { return !each.rigid && each.depth > each.bound; };
   const bool deep = std::any_of(chosen.begin(), chosen.end(), isDeep);
-  if (deep && moving <= kMostLevelled && levelWhereNothingElseDoes(placed, context, rest)) {
+  if (deep && moving <= kMostLevelled && !budget.spent() && levelWhereNothingElseDoes(placed, budget, context, rest)) {
     chosen = chosenRests(rest, placed, otherwise), settled = rest.settled;
   }
+  if (budget.spent()) tellUnsettled(moving, context);
   tellDepths(chosen, settled, context);
 }
 
 }  // namespace
 
-void chooseStiffness(LoadContext& context) {
+void chooseStiffness(const std::function<void(const std::string&)>& tell, LoadContext& context) {
   SceneDef& scene = context.scene;
   if (context.solid) makeOf(context.solid, context);
   const bool rigid = saysRigid(scene.world);
@@ -386,7 +416,7 @@ void chooseStiffness(LoadContext& context) {
   for (PlacedCollision& each : placed) each.first = each.def->material.rigid_stiffness;
   if (!mayRest(context)) return;
   try {
-    settleRest(placed, context);
+    settleRest(placed, tell, context);
   } catch (const SetupError&) {  // whoever makes a World of the scene is told
   }
 }

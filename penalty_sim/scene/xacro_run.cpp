@@ -5,12 +5,16 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 
 #include "haptic_core/base/error.h"
+#include "scene/text_file.h"
 
 extern char** environ;
 
@@ -65,13 +69,34 @@ int run(std::vector<std::string> words, const std::string& out, const std::strin
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128;
 }
 
-/// Of a program's messages the last one that says something: a traceback ends with its reason.
-std::string lastLine(const std::string& text) {
-  const std::size_t end = text.find_last_not_of(" \t\r\n");
-  if (end == std::string::npos) return "it says nothing";
-  const std::size_t before = text.find_last_of('\n', end);
-  const std::size_t begin = before == std::string::npos ? 0 : before + 1;
-  return text.substr(begin, end + 1 - begin);
+/// Why a program ended, from what it said. xacro gives its reason first, and then where it was ("when processing file ..."); a traceback
+/// ends with it. Warnings, blanks and colours are left out.
+std::string reasonOf(const std::string& text) {
+  std::string plain;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '\x1b' && i + 1 < text.size() && text[i + 1] == '[') {
+      i = text.find('m', i);
+      if (i == std::string::npos) break;
+    } else {
+      plain += text[i];
+    }
+  }
+  std::vector<std::string> lines;
+  bool traceback = false;
+  std::istringstream in(plain);
+  for (std::string line; std::getline(in, line);) {
+    line.erase(0, line.find_first_not_of(" \t\r"));
+    while (!line.empty() && std::isspace(static_cast<unsigned char>(line.back()))) line.pop_back();
+    traceback |= line.rfind("Traceback", 0) == 0;
+    const bool warns = line.rfind("warning", 0) == 0 || line.find("Warning:") != std::string::npos || line.rfind("xacro: in-order", 0) == 0;
+    if (!line.empty() && !warns) lines.push_back(line);
+  }
+  if (lines.empty()) return "it says nothing";
+  if (traceback) return lines.back();
+  constexpr std::size_t kMost = 4;  // where it was, from the inside: enough to find it
+  std::string reason = lines[0];
+  for (std::size_t i = 1; i < std::min(lines.size(), kMost); ++i) reason += ", " + lines[i];
+  return reason;
 }
 
 }  // namespace
@@ -97,8 +122,8 @@ std::string expandXacro(const std::string& path, const XmlFile& file, const Scen
                      "install it (pip install xacro), or expand the file elsewhere: xacro FILE > robot.urdf");
   }
   if (code != 0) {
-    throw SetupError(where, "xacro fails: " + lastLine(readTextFile(scratch.file("errors"))),
-                     "mend the file, or give its arguments: --xacro name:=value");
+    throw SetupError(where, "xacro fails: " + reasonOf(readTextFile(scratch.file("errors"))),
+                     "mend the file, or give its arguments: " + options.words.xacro);
   }
   return readTextFile(scratch.file("out"));
 }

@@ -3,12 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "haptic_core/base/parse_numbers.h"
 #include "haptic_core/base/plain_text.h"
+#include "scene/text_file.h"
 
 namespace haptic {
 namespace {
@@ -100,23 +98,9 @@ void refuseManyAttributes(const std::string& path, const std::string& text) {
 
 }  // namespace
 
-std::string readTextFile(const std::string& path) {
-  std::error_code code;
-  const auto status = std::filesystem::status(path, code);
-  if (!std::filesystem::exists(status)) throw SetupError(path, "file not found", "check the path");
-  if (std::filesystem::is_directory(status)) throw SetupError(path, "is a folder", "name a URDF file in it");
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) throw SetupError(path, "cannot be read", "check its permissions");
-  const auto size = std::filesystem::file_size(path, code);
-  if (!code && size > static_cast<std::uintmax_t>(XmlFile::kMaxBytes)) {
-    throw SetupError(path, "is larger than 64 MB", "this is no robot description");
-  }
-  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
-}
-
 XmlFile::XmlFile(const std::string& path) : XmlFile(path, readTextFile(path)) {}
 
-XmlFile::XmlFile(const std::string& path, const std::string& text) : path_(path), text_(text) {
+XmlFile::XmlFile(const std::string& path, const std::string& text) : path_(path), text_(withoutByteOrderMark(text)) {
   takeZeroBytes();
   takeOtherEncodings();
   if (text_.find_first_not_of(kSpace) == std::string::npos) {
@@ -138,8 +122,7 @@ void XmlFile::takeZeroBytes() {
   if (first == std::string::npos) return;
   if (text_.compare(0, 2, "\xff\xfe") == 0 || text_.compare(0, 2, "\xfe\xff") == 0)
     throw SetupError(path_, "is UTF-16", "save it as UTF-8");
-  const std::size_t begin = text_.compare(0, 3, "\xef\xbb\xbf") == 0 ? 3 : 0;
-  const std::size_t word = text_.find_first_not_of(kSpace, begin);
+  const std::size_t word = text_.find_first_not_of(kSpace);
   if (word == std::string::npos || text_[word] != '<')
     throw SetupError(path_, "is a binary file", "expected XML text");
   const auto zeros = std::count(text_.begin(), text_.end(), '\0');

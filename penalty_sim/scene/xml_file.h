@@ -17,8 +17,7 @@ using XmlElement = tinyxml2::XMLElement;
 /// A parsed file. Elements are owned by the document and live as long as it.
 class XmlFile {
  public:
-  /// Reads and parses `path`. Throws SetupError: not found, not a file, larger than kMaxBytes, empty,
-  /// malformed (with the line).
+  /// Reads and parses `path`. Throws SetupError as readTextFile does (text_file.h), and: empty, malformed (with the line).
   explicit XmlFile(const std::string& path);
   /// Parses `text`, which `path` stands for in messages. Afterwards all attributes are valid UTF-8 without
   /// line breaks and other control characters, so that names can go to ROS, JSON and Python. Throws
@@ -41,8 +40,6 @@ class XmlFile {
     return path_ + ":" + std::to_string(element.GetLineNum());
   }
 
-  /// Text files of robots are below 1 MB; a limit keeps a wrong file (a mesh, a bag) from filling the memory.
-  static constexpr long kMaxBytes = 64l << 20;
   /// The parser compares each attribute with all before it: at 200 000 in one element it takes a minute. None
   /// of ours has 40.
   static constexpr int kMaxAttributes = 100;
@@ -56,9 +53,6 @@ class XmlFile {
   std::vector<std::string> warnings_;
   tinyxml2::XMLDocument document_;
 };
-
-/// A whole text file. Throws SetupError: not found, not a file, not readable, larger than XmlFile::kMaxBytes.
-std::string readTextFile(const std::string& path);
 
 /// One attribute as `count` finite numbers. Nothing when it is absent. Throws SetupError naming file, line,
 /// element and attribute when it is there and is not that.

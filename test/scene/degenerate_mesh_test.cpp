@@ -10,6 +10,7 @@
 #include "haptic_core/geometry/shapes/convex_polyhedron.h"
 #include "haptic_core/world/world.h"
 #include "scene/mesh_cache.h"
+#include "scene/text_file.h"
 #include "scene/xml_file.h"
 #include "temporary_files.h"
 
@@ -297,7 +298,9 @@ TEST(OddFiles, XacroGoesThroughItsProgram) {
   const std::string text = robot("<xacro:arg name=\"n\" default=\"1\"/>" + boxLink("a"));
   setenv("PATH", files.folder().c_str(), 1);
   EXPECT_NE(refusal(text).find("no program xacro"), std::string::npos);
-  const std::string program = files.write("xacro", "#!/bin/sh\n[ \"$2\" = bad:=1 ] && { echo a >&2; echo 'bad is unknown' >&2; exit 2; }\n"
+  const std::string program = files.write("xacro", "#!/bin/sh\n[ \"$2\" = bad:=1 ] && { echo 'warning: old' >&2; "
+                                                   "printf '\\033[31mbad is unknown\\033[0m\\n"
+                                                   "when processing file: a.xacro\\n' >&2; exit 2; }\n"
                                                    "echo \"<robot name='$2'><link name='a'/></robot>\"\n");
   std::filesystem::permissions(program, std::filesystem::perms::owner_all);
   SceneOptions options;
@@ -306,7 +309,8 @@ TEST(OddFiles, XacroGoesThroughItsProgram) {
   EXPECT_EQ(scene.world.name, "n:=two words");
   EXPECT_NE(scene.text.find("n:=two words"), std::string::npos);
   options.xacro = {"bad:=1"};
-  EXPECT_NE(refusal(text, options).find("xacro fails: bad is unknown"), std::string::npos) << refusal(text, options);
+  EXPECT_NE(refusal(text, options).find("xacro fails: bad is unknown, when processing file: a.xacro"), std::string::npos) << refusal(text,
+      options);
   setenv("PATH", path.c_str(), 1);
 }
 

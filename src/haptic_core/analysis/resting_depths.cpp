@@ -38,12 +38,14 @@ std::vector<int> definitionOrder(const WorldDef& def, const Model& model) {
   return index_of;
 }
 
-RestingDepths settle(const WorldDef& def, int steps, double at_rest) {
+RestingDepths settle(const WorldDef& def, int steps, double at_rest, SettleBudget* budget) {
   const int first_look = std::max(1, static_cast<int>(kFirstLook / def.settings.step));
   World world(def);
   RestingDepths out;
-  for (int i = 0; i < steps && !out.settled; ++i) {
+  for (int i = 0; i < steps && !out.settled && !(budget && budget->spent()); ++i) {
     world.step();
+    if (budget) budget->left -= world.report().work;
+    if (budget && budget->progress) budget->progress(budget->left);
     if (!world.report().finite) break;
     const bool looks = i >= first_look && i % std::max(1, first_look / 20) == 0;
     out.settled = looks && (world.report().flags & kNotConverged) == 0 && fastest(world) < at_rest;
@@ -59,7 +61,7 @@ RestingDepths settle(const WorldDef& def, int steps, double at_rest) {
 
 }  // namespace
 
-RestingDepths restingDepths(const WorldDef& def, int steps, double at_rest) {
+RestingDepths restingDepths(const WorldDef& def, int steps, double at_rest, SettleBudget* budget) {
   WorldDef quiet = def;
   quiet.settings.attempts = Attempts::kImplicitEuler;
   quiet.settings.comparator = nullptr;
@@ -67,13 +69,13 @@ RestingDepths restingDepths(const WorldDef& def, int steps, double at_rest) {
   quiet.settings.step = kSettleStep;
   quiet.settings.energy_ledger = false;
   quiet.settings.history_steps = 0;
-  return settle(quiet, steps, at_rest);
+  return settle(quiet, steps, at_rest, budget);
 }
 
-RestingDepths restingDepthsAsRun(const WorldDef& def, double seconds, double at_rest) {
+RestingDepths restingDepthsAsRun(const WorldDef& def, double seconds, double at_rest, SettleBudget* budget) {
   WorldDef copy = def;
   copy.settings.history_steps = 0;
-  return settle(copy, static_cast<int>(std::lround(seconds / def.settings.step)), at_rest);
+  return settle(copy, static_cast<int>(std::lround(seconds / def.settings.step)), at_rest, budget);
 }
 
 }  // namespace haptic

@@ -50,5 +50,23 @@ TEST(RestingDepths, ATowerRestsAsItsWeightsSayAndWhatFallsIsLeftOut) {
   EXPECT_TRUE(restingDepths(def, 100).settled);
 }
 
+/// Settling ends when its budget is spent, tells each step, and a budget that several calls share is one.
+TEST(RestingDepths, ABudgetEndsThem) {
+  WorldDef def;
+  def.name = "tower";
+  def.articulations = {cube("floor", JointType::kFixed, 1, 0), cube("low", JointType::kFloating, 2, kSize)};
+  SettleBudget endless{1e15, {}};
+  const RestingDepths whole = restingDepths(def, 100, kAtRest, &endless);
+  ASSERT_TRUE(whole.settled);
+  const double work = 1e15 - endless.left;
+  EXPECT_GT(work, 0);
+  int told = 0;
+  SettleBudget half{0.5 * work, [&](double) { ++told; }};
+  EXPECT_FALSE(restingDepths(def, 100, kAtRest, &half).settled);
+  EXPECT_TRUE(half.spent());
+  EXPECT_GT(told, 0);
+  EXPECT_TRUE(restingDepths(def, 100, kAtRest, &half).contacts.empty());  // not a step is left
+}
+
 }  // namespace resting_depths_test
 }  // namespace haptic
