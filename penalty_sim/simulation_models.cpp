@@ -76,6 +76,10 @@ ChangedScene SimulationNodelet::spawned(const SceneDef& scene, const haptic_msgs
   model.floats_unless_world = !request.fixed;
   SceneOptions how = options(request.urdf.empty() ? request.model : std::string());
   if (!request.urdf.empty()) how.text = request.urdf;
+  if (request.default_density != 0) how.default_density = request.default_density;
+  if (!request.missing_meshes.empty()) how.missing = missingMeshesNamed(request.missing_meshes);
+  if (!request.xacro.empty()) how.xacro = request.xacro;
+  how.words = {"default_density: 1000", "missing_meshes: box or skip", "xacro: ['name:=value']"};
   const SceneDef loaded = loadModel(request.urdf.empty() ? request.model : request.name + ".urdf", model, scene.world.settings, how);
   for (const auto* lines : {&loaded.replaced, &loaded.warnings}) {
     for (const std::string& line : *lines) NODELET_WARN_STREAM(line);

@@ -15,6 +15,7 @@ void setIntegrator(SceneDef&, const std::string& name) {
 SceneDef load(const std::string& file_or_name, SceneOptions options, const std::string& missing, bool add_pointer) {
   options.missing = missingMeshesNamed(missing);
   options.add_pointer = add_pointer;
+  options.words = {"default_density=1000", "missing_meshes='box' or 'skip'", "xacro=['name:=value']"};
   return loadScene(file_or_name, options);
 }
 

@@ -32,7 +32,8 @@ BOX = """<robot name="box" xmlns:haptic="https://haptic/urdf"><link name="body">
 ARM = """<robot name="arm"><link name="base"/><link name="lever">
   <inertial><origin xyz="0.1 0 0"/><mass value="0.2"/><inertia ixx="1e-4" iyy="1e-3" izz="1e-3" ixy="0" ixz="0" iyz="0"/></inertial></link>
   <joint name="hinge" type="continuous"><parent link="base"/><child link="lever"/><axis xyz="0 1 0"/></joint></robot>"""
-FORMATS = """<robot name="%s%n"><link name="%s"/><material name="%n"><color rgba="%s%s%n"/></material></robot>"""
+FORMATS = """<robot name="%s%n"><link name="%s"><collision><geometry><mesh filename="no.stl"/></geometry></collision></link>
+  <material name="%n"><color rgba="%s%s%n"/></material></robot>"""
 WEIGHT = 0.1 * 9.8
 
 
@@ -108,11 +109,14 @@ class Models(unittest.TestCase):
         cls.a["no package"] = call("spawn", Spawn, name="three", model="package://nowhere/a.urdf", pose=at(0, 0, 1))
         cls.a["no name"] = call("spawn", Spawn, name="", urdf=BOX)
         cls.a["bad"] = call("spawn", Spawn, name="three", urdf="<robot name='x'><link", pose=at(0, 0, 1))
-        cls.a["massless"] = call("spawn", Spawn, name="three", urdf=BOX.replace('value="0.1"', 'value="-1"'), pose=at(0, 0, 1))
+        massless = BOX.replace(BOX[BOX.index("<inertial>"):BOX.index("<visual>")], "")
+        cls.a["massless"] = call("spawn", Spawn, name="three", urdf=massless, pose=at(0, 0, 1))
+        cls.a["no mesh"] = call("spawn", Spawn, name="three", urdf=FORMATS, pose=at(0, 0, 1), fixed=True)
+        cls.a["no choice"] = call("spawn", Spawn, name="three", urdf=FORMATS, missing_meshes="ball", fixed=True)
         cls.a["hands"] = call("spawn", Spawn, name="three", model=SCENE, pose=at(0, 0, 3))
         cls.a["nan"] = call("spawn", Spawn, name="three", urdf=BOX, pose=at(0, 0, float("nan")))
         cls.a["param"] = call("spawn", Spawn, name="three", model="param:/nothing", pose=at(0, 0, 1))
-        cls.a["formats"] = call("spawn", Spawn, name="odd", urdf=FORMATS, pose=at(0, 0, 5), fixed=True)
+        cls.a["formats"] = call("spawn", Spawn, name="odd", urdf=FORMATS, pose=at(0, 0, 5), fixed=True, missing_meshes="skip")
         call("delete", Delete, name="odd")
         cls.a["nothing"] = call("delete", Delete, name="four")
         cls.a["pointer"] = call("delete", Delete, name="pointer")
@@ -186,7 +190,9 @@ class Models(unittest.TestCase):
         self.refused("no package", "package://nowhere/a.urdf")
         self.refused("no name", "name ''")
         self.refused("bad", "three.urdf")
-        self.refused("massless", "three.urdf:1", "mass is negative")
+        self.refused("massless", "three.urdf:1", "no <inertial>", "default_density: 1000")
+        self.refused("no mesh", "three.urdf:1", "no.stl", "missing_meshes: box or skip")
+        self.refused("no choice", "'ball' is unknown", "box")
         self.refused("hands", "pointer")
         self.refused("nan", "pose")
         self.refused("param", "no such parameter")
