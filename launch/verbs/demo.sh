@@ -1,12 +1,13 @@
 #!/bin/sh
 #: demo [--scene S] [--device D] [--rate HZ] [--seconds N] [--rviz] [--light] [--record FILE.bag|FILE.mcap]
 #:      [--hardware | --port P | --emulate] [--default-density KG_PER_M3] [--missing-meshes box|skip|stop]
-#:      [--xacro NAME:=VALUE]...
+#:      [--xacro NAME:=VALUE]... [--master-port N]
 #:                   close the loop between a device (a simulated one by default) and a scene; ends after
 #:                   N seconds (10 unless --rviz), with figures; --hardware and --port take the real device,
 #:                   --light is --rviz on a light ground; --emulate: its motor boards on a pseudo-terminal, where its file
 #:                   names boards (--device uart: those of SPIDAR-G6X5R); --scene param:/robot_description takes the
-#:                   robot from the parameter server of ROS_MASTER_URI
+#:                   robot from the parameter server of ROS_MASTER_URI; its own master is at a free port, which it prints for
+#:                   rosservice and rostopic in other shells, or at --master-port (11311: they find it as it is)
 caller_master=${ROS_MASTER_URI:-http://127.0.0.1:11311}
 . "$(dirname "$0")/parts/start.sh"
 # With what other launch files start, so that a shell that has sourced devel/setup.sh has it.
@@ -16,7 +17,7 @@ TARGETS='haptic_bridge penalty_sim spidar_driver penalty_sim_node spidar_driver_
 # Judges the words of the call; what they stand for is set here and read below.
 read_call() {
   judge demo scene=scene device=text rate=number seconds=number rviz light record=text hardware emulate port=port \
-    default-density=number missing-meshes=box,skip,stop xacro=text+ -- "$@"
+    default-density=number missing-meshes=box,skip,stop xacro=text+ master-port=count -- "$@"
   at_most 0 demo 'options alone'
   option_scene=${option_scene:-touch_cube} option_device=${option_device:-spidar_g6x3r}
   [ "$option_device" != uart ] || { option_device=spidar_g6x5r option_emulate=true; }
@@ -29,6 +30,8 @@ read_call() {
   [ -z "$option_light" ] || ground=light
   [ -z "$option_hardware$option_port" ] || wire='file'
   [ -z "$option_emulate" ] || ensure_boards demo "$device_file"
+  [ -z "$option_master_port" ] || problem=$(try_port "$option_master_port") ||
+    fail "demo: --master-port $option_master_port: $problem"
   seconds=$option_seconds
   if [ "$rviz" = true ]; then
     [ -n "${DISPLAY:-}" ] || fail "demo: --rviz needs a display; set DISPLAY, or use xvfb-run ./run demo --rviz"
@@ -98,9 +101,9 @@ if [ -n "$option_emulate" ]; then
   port=$run/emulated_boards wire='file' at_home=true
 fi
 [ "$wire" = file ] || at_home=true
-master=$(free_port)
+master=${option_master_port:-$(free_port)}
 export ROS_MASTER_URI="http://127.0.0.1:$master"
-[ "$rviz" = false ] && [ "$wire" = twin ] || echo "demo: in other shells: . $BUILD/devel/setup.sh; export ROS_MASTER_URI=$ROS_MASTER_URI" >&2
+echo "demo: in other shells: . $BUILD/devel/setup.sh; export ROS_MASTER_URI=$ROS_MASTER_URI"
 # roslaunch asks its nodes to stop, and stops them itself 5 s later: enough to close a bag.
 with_progress demo "$log" roslaunch -p "$master" --disable-title --skip-log-check --no-summary \
   --sigint-timeout=5 --sigterm-timeout=1 haptic_bringup "$(launch_file_for "$scene_file")" scene:="$scene_file" \

@@ -4,6 +4,7 @@ import csv
 import math
 import os
 import re
+import socket
 import subprocess
 import tempfile
 import unittest
@@ -57,6 +58,18 @@ class Demo(unittest.TestCase):
         unmeasured = re.search(r"^not measured:([^:]*): a real device does not tell", call.out, re.M).group(1).split()
         self.assertEqual(set(unmeasured), {*BOUNDS, "demo.force_error_pct", "demo.torque_error_pct", "demo.inside_pct"})
         self.assertFalse(set(unmeasured) & set(figures))
+
+    def test_its_master_is_at_the_port_that_it_prints(self):
+        with socket.socket() as taken:
+            taken.bind(("127.0.0.1", 0))
+            port = str(taken.getsockname()[1])
+            call = Call("demo", "--master-port", port)
+            self.assertEqual(len(call.errors), 1, call.errors)
+            self.assertIn(f"--master-port {port}: Address already in use", call.errors[0])
+        call = Call("demo", "--seconds", "1", "--master-port", port)
+        self.assertEqual(call.code, 0, call.errors)
+        self.assertIn(f"export ROS_MASTER_URI=http://127.0.0.1:{port}\n", call.out)
+        self.assertRegex(Call("demo", "--seconds", "1").out, r"export ROS_MASTER_URI=http://127\.0\.0\.1:\d+\n")
 
     def test_stops_when_told(self):
         call = Call("demo", "--seconds", "600", interrupt_after=6)

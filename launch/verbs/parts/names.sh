@@ -92,3 +92,17 @@ with socket.socket() as s:
     s.bind(("127.0.0.1", 0))
     print(s.getsockname()[1])'
 }
+
+# Fails, and prints why, where nothing can listen at a port of this machine.
+try_port() {  # NUMBER
+  python3 -c 'import socket, sys
+port = int(sys.argv[1])
+if not 1024 <= port <= 65535:
+    sys.exit(print("a master wants a port of 1024 to 65535") or 1)
+with socket.socket() as s:
+    s.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        s.bind(("", port))
+    except OSError as error:
+        sys.exit(print(f"{error.strerror}: stop the master that is there, or take another port") or 1)' "$1"
+}
