@@ -7,4 +7,8 @@ namespace haptic::bench {
 /// first three are the largest over the sets of attempts that the core has.
 void measureActors();
 
+/// Prints wrench.world_stopped: of 10 000 calls of services with numbers of any size, those after which the world stands still; and
+/// wrench.refused.
+void measureServices();
+
 }  // namespace haptic::bench

@@ -32,23 +32,6 @@ using Clock = std::chrono::steady_clock;
 
 double secondsSince(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
 
-std::vector<std::string> robotFiles() {
-  const fs::path shared = fs::path(HAPTIC_SOURCE_DIR) / ".." / "shared";
-  std::vector<fs::path> folders = {shared / "example-robot-data", shared / "cases"};
-  if (const char* more = std::getenv("HAPTIC_ROBOTS")) folders.emplace_back(more);
-  std::vector<std::string> files;
-  for (const fs::path& folder : folders) {
-    std::error_code code;
-    for (fs::recursive_directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
-      const std::string ending = entry->path().extension().string();
-      if (ending == ".urdf" || ending == ".xacro") files.push_back(fs::canonical(entry->path()).string());
-    }
-  }
-  std::sort(files.begin(), files.end());
-  files.erase(std::unique(files.begin(), files.end()), files.end());
-  return files;
-}
-
 /// A loaded file, and the longest that its loader was silent [s].
 struct Loaded {
   SceneDef scene;
@@ -121,7 +104,7 @@ double unsaid(const std::string& file, const SceneDef& scene) {
       }
       for (const std::string& line : scene.replaced) replaced |= line.find("'" + link.name + "'") != std::string::npos;
       if (replaced) continue;
-      const TriangleMesh mesh = readMesh(path, meshScale(*robot, file, *shape), file);
+      const TriangleMesh mesh = readMesh(path, meshScale(*robot, *shape), file);
       for (std::size_t i = 0; i < mesh.triangles.size(); i += 1 + mesh.triangles.size() / 3000) {
         const auto& t = mesh.triangles[i];
         const Vector3 middle = (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3;
@@ -141,6 +124,23 @@ double stepSeconds(const SceneDef& scene) {
 }
 
 }  // namespace
+
+std::vector<std::string> robotFiles() {
+  const fs::path shared = fs::path(HAPTIC_SOURCE_DIR) / ".." / "shared";
+  std::vector<fs::path> folders = {shared / "example-robot-data", shared / "cases"};
+  if (const char* more = std::getenv("HAPTIC_ROBOTS")) folders.emplace_back(more);
+  std::vector<std::string> files;
+  for (const fs::path& folder : folders) {
+    std::error_code code;
+    for (fs::recursive_directory_iterator entry(folder, code), end; !code && entry != end; entry.increment(code)) {
+      const std::string ending = entry->path().extension().string();
+      if (ending == ".urdf" || ending == ".xacro") files.push_back(fs::canonical(entry->path()).string());
+    }
+  }
+  std::sort(files.begin(), files.end());
+  files.erase(std::unique(files.begin(), files.end()), files.end());
+  return files;
+}
 
 void measureRobotFiles() {
   const fs::path cache = fs::temp_directory_path() / "haptic_robots_bench";
