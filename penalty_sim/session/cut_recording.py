@@ -56,28 +56,38 @@ def of_mcap(path):
         yield kind, data
 
 
-def note(path, left, lost):
+def note(path, left, lost, only_index=False):
     """One line: what is read, what is lost."""
     ticks, seconds, sessions = left
     if sessions == 0 or ticks == 0:
         raise rosbag.ROSBagException(f'{path}: is cut before its first tick: nothing of it can be used')
     several = f' of {sessions} sessions' if sessions > 1 else ''
-    after = f'its last {lost} bytes are no complete chunk and are lost' if lost else 'what came after its last chunk was never written'
+    after = 'its index alone is lost' if only_index else f'its last {lost} bytes are no complete chunk and are lost' if lost else 'what came after its last chunk was never written'
     return f'{path}: was cut off: {ticks} ticks ({seconds:.3f} s{several}) are used; {after}'
+
+
+def end_of_chunks(path):
+    """Where the index begins that the bag's head tells of; 0: it was never ended."""
+    with open(path, 'rb') as file:
+        head = file.read(4096)
+    at = head.find(b'index_pos=')
+    return struct.unpack_from('<Q', head, at + 10)[0] if 0 <= at <= len(head) - 18 else 0
 
 
 def indexed_anew(path, folder):
     """(copy with an index, note)."""
     copy = os.path.join(folder, os.path.basename(path).replace('.active', '') + '.whole.bag')
     shutil.copyfile(path, copy)
-    size = os.path.getsize(copy)
+    size, end = os.path.getsize(copy), end_of_chunks(path)
+    if 0 < end < size:  # the cut went through the index: nothing else is lost, and rosbag stumbles over what is left of it
+        os.truncate(copy, end)
     with rosbag.Bag(copy, 'a', allow_unindexed=True) as bag:
         for _ in bag.reindex():  # leaves out what is no complete chunk
             pass
         whole = os.path.getsize(copy)
     with rosbag.Bag(copy) as bag:
         left = amount(of_bag(bag))
-    return copy, note(path, left, size - whole)
+    return copy, note(path, left, size - whole, whole == end)
 
 
 def usable(path, folder):

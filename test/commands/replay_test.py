@@ -145,7 +145,7 @@ class Replay(unittest.TestCase):
             before = os.path.getsize(cut)
             call = Call("replay", cut)
             self.assertEqual(call.code, 0, call.errors)
-            said = re.search(r"was cut off: (\d+) ticks \(([\d.]+) s\) are used; its last (\d+) bytes", "\n".join(call.errors))
+            said = re.search(r"was cut off: (\d+) ticks \(([\d.]+) s\) are used; its (last (\d+) bytes|index)", "\n".join(call.errors))
             self.assertTrue(said, call.errors)
             figures = call.figures()
             self.assertEqual((figures["replay.steps"], figures["replay.mismatches"]), (int(said.group(1)), 0))
