@@ -104,6 +104,8 @@ void SimulationNodelet::offer() {
   joint_commands_ = std::make_unique<JointCommands>(getPrivateNodeHandle(), simulation_->port, offer_);
   actor_services_ = std::make_unique<ActorServices>(getPrivateNodeHandle(), simulation_->scene, simulation_->port, offer_);
   motion_inputs_ = std::make_unique<MotionInputs>(getNodeHandle(), simulation_->scene, parameters_.world_frame, simulation_->port, offer_);
+  descriptions_.reset();  // those of the scene before go first
+  descriptions_ = std::make_unique<RobotDescriptions>(getNodeHandle(), simulation_->scene);
   if (parameters_.alone) thread_ = std::make_unique<WorldThread>(getNodeHandle(), parameters_, simulation_->port.hands);
 }
 

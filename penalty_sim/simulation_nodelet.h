@@ -20,6 +20,7 @@
 #include "penalty_sim/joint_commands.h"
 #include "penalty_sim/loading_thread.h"
 #include "penalty_sim/motion_inputs.h"
+#include "penalty_sim/robot_descriptions.h"
 #include "penalty_sim/world_thread.h"
 #include "penalty_sim/world_topics.h"
 #include "scene/scene_bodies.h"
@@ -79,6 +80,7 @@ class SimulationNodelet : public nodelet::Nodelet {
   std::unique_ptr<ActorServices> actor_services_;
   std::unique_ptr<MotionInputs> motion_inputs_;
   std::unique_ptr<WorldThread> thread_;
+  std::unique_ptr<RobotDescriptions> descriptions_;
   std::unique_ptr<LoadingThread> loading_;
   std::vector<ros::ServiceServer> services_;
 };

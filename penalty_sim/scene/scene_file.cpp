@@ -42,6 +42,7 @@ void readModels(SceneList& list, const SceneOptions& options, bool guest, LoadCo
     if (guest && scene) robot.warnings.push_back(robot.xml.at(*scene) + ": <haptic:scene> is left out: the running scene's holds");
     const std::size_t first = context.scene.world.articulations.size();
     addRobot(robot, model.settings, options, context);
+    context.scene.descriptions.emplace_back(model.settings.prefix, robot.xml.text());
     if (!model.motion.empty()) {
       context.scene.world.joint_paths.push_back(
           readJointMotion(model.motion, model.settings.prefix, context.scene.world, first));

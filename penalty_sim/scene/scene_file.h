@@ -94,6 +94,8 @@ struct ToldMotion {
 struct SceneDef : LoadReport {
   std::string file;  ///< absolute path, or the name that was given with SceneOptions::text
   std::string text;  ///< that was read: of the file, of xacro, or SceneOptions::text
+  /// Of each model: the prefix of its names, and its URDF.
+  std::vector<std::pair<std::string, std::string>> descriptions;
   /// For World.
   WorldDef world;
   /// Of all links.

@@ -58,6 +58,11 @@ class Models(unittest.TestCase):
             unload_stack(stack)
         cls.unload_while_loading()
 
+    def test_others_find_the_robot_where_ros_has_it(self):
+        with open(SCENE, encoding="utf-8") as file:
+            self.assertEqual(self.description, file.read())
+        self.assertFalse(rospy.has_param("/robot_description"), "it goes with the simulation")
+
     @classmethod
     def tearDownClass(cls):
         shutil.rmtree(cls.folder)
@@ -79,6 +84,7 @@ class Models(unittest.TestCase):
         cls.listener = tf2_ros.TransformListener(cls.tf)
         statistics.wait(1, timeout=40)
         cls.a = {}
+        cls.description = rospy.get_param("/robot_description", "")
 
         def call(service, kind, **values):
             rospy.wait_for_service("/simulation/" + service, 30)

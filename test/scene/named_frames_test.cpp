@@ -6,6 +6,7 @@
 #include <map>
 
 #include "haptic_core/world/world.h"
+#include "scene/robot_description.h"
 #include "temporary_files.h"
 
 namespace haptic {
@@ -134,6 +135,18 @@ TEST(NamedFrames, AreWhereTheFileHasThem) {
 TEST(NamedFrames, TheHandIsToldByTheNameInTheFile) {
   const SceneDef scene = loadText(chain("floating", tagOf("pointer", 2, "")));
   EXPECT_EQ(scene.world.pointers.at(0).name, "link2");
+}
+
+TEST(NamedFrames, OthersReadTheRobotUnderTheScenesNames) {
+  const std::string text = chain("continuous", "");
+  EXPECT_EQ(loadText(text, kNoPointer).descriptions.at(0), std::make_pair(std::string(), text));
+  EXPECT_EQ(robotDescription(text, ""), text);
+  const std::string prefixed = robotDescription(text, "left_");
+  for (const char* part : {"<link name=\"left_link3\"", "<joint name=\"left_fixed2\"", "<parent link=\"left_link1\"",
+                           "<child link=\"left_link2\"", "<link name=\"world\"", "<parent link=\"world\""}) {
+    EXPECT_NE(prefixed.find(part), std::string::npos) << part;
+  }
+  EXPECT_EQ(prefixed.find("\"link"), std::string::npos);
 }
 
 }  // namespace named_frames_test
