@@ -127,7 +127,7 @@ class Aim {
   HeldGoal linkGoal(const Vector3& p_WP, const Quaternion& q_WL, const Twist& V_WP) const noexcept;
   double rhoOf(int link) const noexcept;
   bool follow(int pointer, double rho, Vector6& motion) noexcept;
-  Depth depthOf(const ContactEvaluation& c, const ActivePair& pair, int shape, double K_max) const noexcept;
+  Depth depthOf(const ContactEvaluation& c, const ActivePair& pair, int own, const Vector3& in_W, double K_max) const noexcept;
   void addLoads(const PointerBound& bound) noexcept;
   bool isFree(const Vector6& motion) const noexcept;
   bool nearest(double rho, const Vector6& wanted, Vector6& motion) noexcept;
@@ -176,37 +176,48 @@ double inOneStep(double room) noexcept { return room > 0 ? kApproach * room : ro
 /// Of a depth's room; a link that is deeper comes out by kOut of it.
 double deeperInOneStep(double room) noexcept { return (room > 0 ? kApproach : kOut) * room; }
 
-/// How deep the contact is, and may become.
-Depth Aim::depthOf(const ContactEvaluation& c, const ActivePair& pair, int shape, double K_max) const noexcept {
-  const Vector3 n_W = c.X_WP.R.col(2);
-  const double k = model_.law(pair.shapeA(), pair.shapeB(), false, false).material.stiffness;
-  const ModelShape &A = model_.shapes[pair.shapeA()], &B = model_.shapes[pair.shapeB()];
-  const Pose &X_WA = proxy_.X_WS[pair.shapeA()], &X_WB = proxy_.X_WS[pair.shapeB()];
-  const bool on_seam = c.volume.flags & ContactVolume::kOnSeam;
-  // The whole's normal need not separate the two: along it they overlap by more than they are deep.
-  const bool projected = A.shape->bounded() && B.shape->bounded() && !on_seam;
-  Depth depth;
-  depth.now = projected ? supportHeight(*A.shape, X_WA, n_W) + supportHeight(*B.shape, X_WB, -n_W) : c.volume.depth;
-  depth.share = kMostSunkWeakened;
-  for (const int s : {pair.shapeA(), pair.shapeB()}) {
-    const ConvexShape& solid = *model_.shapes[s].shape;
-    if (!solid.bounded()) continue;
-    const double H = extent(solid, proxy_.X_WS[s], n_W), share = mostSunk(K_max, k, solid.volume(), H);
-    depth.share = std::max(depth.share, share);
-    depth.extent = std::min(depth.extent, H);
+/// The share of a piece's back, seen along `in_W`, that other pieces of its body cover [1]: 0 where the piece ends there.
+double coveredBack(const ModelShape& piece, const Pose& X_WS, const Vector3& in_W) noexcept {
+  const Vector3 out_S = -(X_WS.R.transpose() * in_W);
+  double covered = 0;
+  for (const InnerFaces::Cover& cover : piece.inner.covers) {
+    Vector3 twice = Vector3::Zero();
+    for (std::size_t i = 0; i < cover.outline.size(); ++i) twice += cover.outline[i].cross(cover.outline[(i + 1) % cover.outline.size()]);
+    covered += std::max(0.0, 0.5 * out_S.dot(twice));
   }
-  if (on_seam) {  // the link as a whole: its foremost shape is as much deeper as it lies ahead
-    const int link = model_.shapes[shape].link;
-    const Vector3 in_W = pair.shapeA() == shape ? n_W : Vector3(-n_W);
-    double front = -INFINITY, back = -INFINITY;
-    for (std::size_t s = 0; s < model_.shapes.size(); ++s) {
-      if (model_.shapes[s].link != link) continue;
-      const Pose X_WS = work_.placement.link[link].X_WL * model_.shapes[s].X_LS;
-      front = std::max(front, supportHeight(*model_.shapes[s].shape, X_WS, in_W));
-      back = std::max(back, supportHeight(*model_.shapes[s].shape, X_WS, -in_W));
+  return covered > 0 ? std::min(1.0, covered * extent(*piece.shape, X_WS, in_W) / piece.shape->volume()) : 0.0;
+}
+
+/// How deep the contact is, and may become. `in_W`: the way into the other body of the shape `own`.
+Depth Aim::depthOf(const ContactEvaluation& c, const ActivePair& pair, int own, const Vector3& in_W, double K_max) const noexcept {
+  const double k = model_.law(pair.shapeA(), pair.shapeB(), false, false).material.stiffness;
+  const bool on_seam = c.volume.flags & ContactVolume::kOnSeam;
+  const int other = pair.shapeA() == own ? pair.shapeB() : pair.shapeA();
+  const auto height = [&](int s, const Vector3& along) { return supportHeight(*model_.shapes[s].shape, proxy_.X_WS[s], along); };
+  // The whole's normal need not separate the two: along it they overlap by more than they are deep.
+  const bool projected = model_.shapes[own].shape->bounded() && model_.shapes[other].shape->bounded() && !on_seam;
+  Depth depth;
+  depth.now = projected ? height(own, in_W) + height(other, -in_W) : c.volume.depth;
+  depth.share = kMostSunkWeakened;
+  for (const int s : {own, other}) {
+    const ModelShape& piece = model_.shapes[s];
+    if (!piece.shape->bounded()) continue;
+    const Vector3 ahead_W = s == own ? in_W : Vector3(-in_W);
+    double H = extent(*piece.shape, proxy_.X_WS[s], in_W);
+    depth.share = std::max(depth.share, mostSunk(K_max, k, piece.shape->volume(), H));
+    if (const double covered = on_seam ? coveredBack(piece, proxy_.X_WS[s], ahead_W) : 0; covered > 0) {
+      // The body goes on behind the piece: it is as deep as its foremost piece.
+      double front = -INFINITY, back = -INFINITY;
+      for (std::size_t i = 0; i < model_.shapes.size(); ++i) {
+        if (model_.shapes[i].link != piece.link) continue;
+        const Pose X_WS = work_.placement.link[piece.link].X_WL * model_.shapes[i].X_LS;
+        front = std::max(front, supportHeight(*model_.shapes[i].shape, X_WS, ahead_W));
+        back = std::max(back, supportHeight(*model_.shapes[i].shape, X_WS, -ahead_W));
+      }
+      if (s == own) depth.now += covered * (front - height(s, ahead_W));
+      H += covered * (front + back - H);
     }
-    depth.now += front - supportHeight(*model_.shapes[shape].shape, proxy_.X_WS[shape], in_W);
-    depth.extent = front + back;
+    depth.extent = std::min(depth.extent, H);
   }
   return depth;
 }
@@ -235,7 +246,7 @@ void Aim::addContact(int index, int pointer) noexcept {
                                                  : kindOf(c.law.pressure).damping(m) * pressure;
   const double speed = held(other) ? 0.0 : in_W.dot(work_.placement.link[other].twistAt(c.X_WP.p).linear);
   contact.receding = -std::max(0.0, speed) * left_;
-  const Depth depth = depthOf(c, pair, is_a ? pair.shapeA() : pair.shapeB(), work_.hands.bound[pointer].stiffness);
+  const Depth depth = depthOf(c, pair, is_a ? pair.shapeA() : pair.shapeB(), in_W, work_.hands.bound[pointer].stiffness);
   addRow(contact.deeper(), deeperInOneStep((held(other) ? 0.5 : 1.0) * (depth.room() - contact.receding)));
 }
 

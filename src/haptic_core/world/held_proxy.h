@@ -2,9 +2,10 @@
 ///
 /// Direct coupling ties the link to the hand's target rigidly. That ends where the link would
 ///   - sink through the link that it presses on. h: the overlap of the two shapes along the contact's normal n; H: the lesser extent of the
-///     two along n (of parts of a body, kOnSeam, extent and depth of all of the link's shapes; h is V's depth there). The area
-///     vector vanishes where h = H at the latest: a tool wholly inside, bars that cross, a ball through a plate. There n is the
-///     last one (contact_volume.h), the force has no stiffness, and the link would come out at the other side. So h ≤ η H.
+///     two along n. Of pieces of a body, kOnSeam, h is V's depth, and where neighbours cover a piece's back, extent and depth are the
+///     whole body's; a foot that sticks out ends at its own back. The area vector vanishes where h = H at the latest: a tool wholly
+///     inside, bars that cross, a ball through a plate. There n is the last one (contact_volume.h), the force has no stiffness, and the
+///     link would come out at the other side. So h ≤ η H.
 ///     η = 0.9: a ball carries 0.972 k Vol, a box flat on a wall 0.9 k Vol. η = 0.5 where the hand's stiffness bound weakens the
 ///     contact (hand_bound.h): its force K_max Vol/A0 has a slope of at most K_max only while A0 grows, up to the middle.
 ///   - press harder than the bound of its hand: |Σ f| ≤ F, |Σ r × f| ≤ T, f the springs' force of pressure and friction together, r from

@@ -214,6 +214,27 @@ TEST(HeldProxyOf, ABarDoesNotPassThroughABar) {
   EXPECT_EQ(last, 0);
 }
 
+// A foot that sticks out beside an upright of 40 mm ends at its own back, 10 mm behind its sole. With the upright's height for it, the foot
+// was swallowed; where its back went in its area vector fell from one step to the next, and its weakened force K V/A0 leapt.
+TEST(HeldProxyOf, AFootEndsAtItsOwnBack) {
+  constexpr double foot = 0.01, tall = 0.04;
+  WorldDef world = overGround(scenes::box(Vector3(foot, foot, tall)), false);
+  CollisionDef piece;
+  piece.name = "foot";
+  piece.shape = scenes::box(Vector3(0.03, foot, foot));
+  piece.X_LS = Pose(Vector3(0.02, 0, -0.5 * (tall - foot)));
+  world.articulations[1].links[0].collisions.push_back(piece);
+  world.articulations[1].X_WA = Pose(Vector3(0, 0, 0.05));
+  Hand hand(world);
+  hand.at = Vector3(0, 0, 0.05);
+  hand.goTo(Vector3(0, 0, -0.02));
+  for (int i = 0; i < 10; ++i) hand.rest();
+  const double deep = 0.5 * tall - hand.world.linkPose(hand.world.pointerLink(0)).p.z();
+  EXPECT_LE(deep, kMostSunk * foot * (1 + 1e-6));
+  EXPECT_GE(deep, kMostSunkWeakened * foot * (1 - 1e-6));
+  EXPECT_LE(hand.jump, 1e-2 * hand.most);
+}
+
 Matrix6 metric(double rho) {
   Matrix6 M = Matrix6::Identity();
   M.topLeftCorner<3, 3>() *= rho * rho;
