@@ -95,7 +95,8 @@ JudgedSubscription::~JudgedSubscription() {
   subscription_->shutdown();
   std::vector<std::string> others;
   ros::TopicManager::instance()->getSubscribedTopics(others);
-  if (ros::isShuttingDown() || std::find(others.begin(), others.end(), topic_) != others.end()) return;
+  if (std::find(others.begin(), others.end(), topic_) != others.end()) return;
+  // Also when this process ends: the master would list its node for ever. roscpp asks once then, as it does for its own.
   XmlRpcValue request, response, payload;
   request[0] = ros::this_node::getName();
   request[1] = topic_;

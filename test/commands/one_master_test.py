@@ -76,6 +76,15 @@ class OneMaster(unittest.TestCase):
         self.assertIsNone(first.poll(), "the first goes on")
         self.wait_ticking(first, "/tick_statistics")
 
+    def test_nothing_of_a_stack_is_listed_after_its_end(self):
+        stack = self.demo()
+        self.wait_ticking(stack, "/tick_statistics")
+        self.assertIn("/haptics", self.ask("rosnode list"))
+        self.assertIn("/robot_description", self.ask("rosparam list"))
+        self.end(stack)
+        self.assertEqual(self.ask("rosnode list").split(), ["/rosout"])
+        self.assertNotIn("/robot_description", self.ask("rosparam list"))
+
     def test_two_stacks_in_namespaces(self):
         with tempfile.TemporaryDirectory() as folder:
             stacks = [(name, self.demo(name, record=f"{folder}/{name}.bag")) for name in ("robot1", "robot2")]
