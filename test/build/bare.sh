@@ -23,8 +23,8 @@ debian_site() {
   apt-get indextargets --format '$(REPO_URI)' 'Identifier: Packages' 'Origin: Debian' "Label: $1" | head -n 1
 }
 
-# What is written over LOWER lands in UPPER; UPPER/../root shows both. dpkg asks the disk to finish after each file, two thirds of
-# the time that it takes: a disk whose machine is thrown away at a crash need not. With HAPTIC_BARE_DISK it does, for times that users see.
+# What is written over LOWER lands in UPPER; UPPER/../root shows both. dpkg asks the disk to finish after each file, milliseconds
+# each: a disk whose machine is thrown away at a crash need not. With HAPTIC_BARE_DISK it does, for times that users see.
 overlay() {  # LOWER FOLDER
   mkdir -p "$2/written" "$2/work" "$2/root"
   rm -rf "$2/work/work/incompat"  # the mark of an earlier mount, which would have this one refused

@@ -6,7 +6,7 @@
 # RELEASE is bookworm or trixie, as debootstrap makes it, with git and ca-certificates, below build/debian. SYSTEM is a system over it, where
 # what COMMAND writes stays for the next call: build/debian/systems/SYSTEM/written. It begins with a clone of this checkout's last
 # commit in /haptics. The command stands there; `network` is that of this machine, `alone` has loopback only.
-# HAPTIC_BARE_CACHE is a folder for ccache that several systems share.
+# HAPTIC_BARE_CACHE is a folder for ccache that several systems share. With HAPTIC_BARE_DISK=true the disk obeys fsync, as a user's does.
 # Exit code 77: this machine cannot. Needs root, debootstrap and iproute2; nothing stays mounted or running.
 set -eu
 root=$(cd "$(dirname "$0")/../.." && pwd -P)
