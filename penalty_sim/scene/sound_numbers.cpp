@@ -85,7 +85,8 @@ class Judge {
       if (!isImprobable(number, bounds)) continue;
       const bool small = std::abs(number) < bounds.least, angle = std::strcmp(bounds.unit, "rad") == 0;
       warn(*element, attribute,
-           (std::strchr("aeiou", bounds.name[0]) ? "an " : "a ") + std::string(bounds.name) + " of " + shortly(number) + " " + bounds.unit + (small ? " is less than " : " is more than ") +
+           (std::strchr("aeiou", bounds.name[0]) ? "an " : "a ") + std::string(bounds.name) + " of " + shortly(number) + " " + bounds.unit
+               + (small ? " is less than " : " is more than ") +
                shortly(small ? bounds.least : bounds.most) + ", which robots have; " + bounds.expected +
                (angle ? ": " + shortly(number * M_PI / 180) + " if it is in degrees" : ""));
       return;

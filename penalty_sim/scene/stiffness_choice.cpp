@@ -350,7 +350,8 @@ std::function<void(double)> settlingProgress(const std::function<void(const std:
 
 void tellUnsettled(int moving, LoadContext& context) {
   context.scene.notes.push_back("settling " + std::to_string(moving) +
-                                " links ended before they were at rest, for it takes too much work: where a depth was not seen, stiffness is "
+                                " links ended before they were at rest, for it takes too much work: "
+                                "where a depth was not seen, stiffness is "
                                 "that which the weights ask for; give them one by <haptic:contact>");
 }
 
