@@ -13,6 +13,9 @@
 namespace haptic {
 namespace {
 
+/// Files give links that only name a frame so little, in a body that weighs more: nothing feels it [kg], share of the body's mass [1].
+constexpr double kDummyMass = 1e-5, kDummyShare = 1e-3;
+
 /// Corners and joints of a link, and the box around them.
 struct Extent {
   std::vector<Vector3> points;
@@ -146,6 +149,8 @@ void warnOfImprobableNumbers(LoadContext& context) {
   for (std::size_t a = 0; a < trees.size(); ++a) {
     const double size = treeSize(trees[a], links[a]);
     for (const JudgedLink* link : links[a]) {
+      const double whole = trees[a].links[link->link].inertia.mass;
+      if (link->inertia.mass > 0 && link->inertia.mass <= kDummyMass && link->inertia.mass < kDummyShare * whole) continue;
       const bool joined = trees[a].links.size() > 1 || trees[a].links[0].joint.type != JointType::kFixed;
       LinkJudge(*link, size, scene.warnings).judge(joined);
     }
