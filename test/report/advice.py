@@ -3,7 +3,7 @@ import collections
 import math
 
 import pareto
-from report_plan import is_peer, is_wasm
+from report_plan import DEFAULT, is_peer, is_wasm
 from run_errors import METRICS
 
 DECADES = (-2, -3, -4, -5, -6)
@@ -25,8 +25,9 @@ def errors_of(result):
 
 
 def choices(result, metric):
-    """A Choice for each decade."""
-    held = [(run, errors[metric]) for run, errors in errors_of(result) if metric in errors and holds(run)]
+    """A Choice for each decade. Ours are runs whose settings a scene can be given: of the default method, on shapes as they are."""
+    held = [(run, errors[metric]) for run, errors in errors_of(result)
+            if metric in errors and holds(run) and (is_peer(run.case.method) or can_be_written(run))]
     out = []
     for decade in DECADES:
         def cheapest(peers, limit=10.0 ** decade):
@@ -36,11 +37,35 @@ def choices(result, metric):
     return out
 
 
+def can_be_written(run):
+    """A scene can be given what this run of ours has: step, accuracy, stiffness; the method is no setting."""
+    return run.case.method == DEFAULT and not run.case.facets
+
+
+def written(run):
+    """The settings of a run of ours as a scene has them."""
+    case = run.case
+    text = f'<haptic:scene step="{case.step:g}"' + (f' accuracy="{case.accuracy:g}"' if case.accuracy else '') + '>'
+    return text + (' with stiffness="rigid"' if case.stiffness == math.inf else f' with stiffness="{case.stiffness:g}"' if case.stiffness else '')
+
+
 def named(run):
+    if can_be_written(run):
+        return written(run)
     case = run.case
     more = ', rigid' if case.stiffness == math.inf else f', k {case.stiffness:.3g} N/m³' if case.stiffness else ''
     more += f', accuracy {case.accuracy:g}' if case.accuracy else ''
     return f'{case.method} at {1e3 * case.step:.3g} ms{more}' + (f', facets {case.facets}' if case.facets else '')
+
+
+def advised(result):
+    """(run, errors): what a scene should be given, of the settings that it can be given: of those that a loop at 1 kHz holds and that err by
+    no more than twice the least error of position, the cheapest. (None, {}): none holds."""
+    held = [(run, errors) for run, errors in errors_of(result) if holds(run) and can_be_written(run) and 'position' in errors]
+    if not held:
+        return None, {}
+    least = max(min(errors['position'] for _, errors in held), 1e-9)  # a nanometre is as good as nothing
+    return min((each for each in held if each[1]['position'] <= 2 * least), key=lambda each: each[0].cpu)
 
 
 def sentence(result, metric):

@@ -54,17 +54,51 @@ double smallestBody(const WorldDef& def) {
   return std::isfinite(size) ? size : 1;
 }
 
+/// What no peer is told, or none can be.
 std::string reasonAgainstPeers(const WorldDef& def) {
-  if (!def.pointers.empty()) return "a hand holds a link by its pose; peers run free and fixed bodies";
-  if (!def.loops.empty()) return "it has closed loops; peers run free and fixed bodies";
-  for (const ArticulationDef& articulation : def.articulations) {
-    for (const LinkDef& link : articulation.links) {
-      if (link.parent >= 0 || (link.joint.type != JointType::kFloating && link.joint.type != JointType::kFixed)) {
-        return "it has joints (link " + link.name + "); peers run free and fixed bodies";
-      }
-    }
+  if (!def.loops.empty()) return "it has closed loops";
+  if (!def.motions.empty()) return "motions lead its bodies";
+  if (!def.forces.empty()) return "it has force elements";
+  for (const PointerDef& pointer : def.pointers) {
+    const ArticulationDef& tool = def.articulations[static_cast<std::size_t>(pointer.articulation)];
+    if (tool.links.size() > 1) return "a hand holds link " + tool.links[static_cast<std::size_t>(pointer.link)].name + " of an arm";
+  }
+  try {
+    WorldDef without_hands = def;
+    without_hands.pointers.clear();
+    peers::peerBodies(without_hands, {}, true);
+  } catch (const SetupError& error) {
+    return error.what();
   }
   return "";
+}
+
+/// One pass of a path that the scene repeats [s]: the shortest beginning that the rest consists of.
+double onePass(const HandPath& path) {
+  const std::vector<HandKey>& keys = path.keys;
+  for (std::size_t n = 1; n < keys.size(); ++n) {
+    if (keys.size() % n != 0) continue;
+    bool repeats = true;
+    for (std::size_t i = n; repeats && i < keys.size(); ++i) {
+      repeats = keys[i].p_BG == keys[i - n].p_BG && keys[i].rotation == keys[i - n].rotation &&
+                std::abs(keys[i].time - keys[i - n].time - keys[n - 1].time) < 1e-9;
+    }
+    if (repeats) return keys[n - 1].time;
+  }
+  return path.duration();
+}
+
+/// Of a peer's tool, which a spring pulls along the hand's path: as stiff as the scene's own step follows with 8 steps a radian.
+HandSpring springFor(const SceneDef& scene, const HandDef& hand, int link) {
+  const PointerDef& pointer = scene.world.pointers[static_cast<std::size_t>(hand.pointer)];
+  const ArticulationDef& tool = scene.world.articulations[static_cast<std::size_t>(pointer.articulation)];
+  const LinkInertia& inertia = tool.links[static_cast<std::size_t>(pointer.link)].inertia;
+  const double omega = 0.125 / 1e-3, moment = inertia.I_C.diagonal().maxCoeff();
+  HandSpring spring;
+  spring.link = link;
+  spring.stiffness = inertia.mass * omega * omega, spring.damping = 2 * inertia.mass * omega;
+  spring.rotational_stiffness = moment * omega * omega, spring.rotational_damping = 2 * moment * omega;
+  return spring;
 }
 
 }  // namespace
@@ -81,7 +115,8 @@ Scene fileScene(const std::string& file) {
   s.title = "Scene file " + s.name;
   s.parameters = "as in the file";
   s.seconds = 1;
-  s.samples = 20;
+  for (const HandDef& hand : loaded->hands) s.seconds = std::max(s.seconds, onePass(hand.path));
+  s.samples = 20 * static_cast<int>(std::ceil(s.seconds));
   s.bodies = movingLinks(world);
   if (s.bodies.empty()) throw SetupError(file, "nothing in it moves", "give the report a scene with a free body or joint");
   s.size = smallestBody(world);
@@ -100,6 +135,16 @@ Scene fileScene(const std::string& file) {
       }
       return BodyState{};
     };
+    s.parameters += "; peers: a spring pulls the tool along the hand's path, for they have no led bodies";
+    const World links(world);
+    for (const HandDef& hand : loaded->hands) {
+      s.peer_hands.push_back(springFor(*loaded, hand, links.pointerLink(hand.pointer)));
+      const Pose X_PL = world.pointers[static_cast<std::size_t>(hand.pointer)].X_LP.inverse();
+      s.peer_hands.back().path = [pointer = hand.pointer, X_PL, held = s.held](double t) {
+        const BodyState P = held(pointer, t);
+        return BodyState{P.X_WL * X_PL, P.V_WL.shifted(P.X_WL.R * X_PL.p)};
+      };
+    }
   }
   return s;
 }

@@ -29,6 +29,7 @@ import seed_section
 import stability
 from analysis import SceneResult
 import npm_modules  # found by programs
+import own_page
 from programs import ROOT
 from report_plan import QUICK_MOST_BODIES, QUICK_PEERS, default_method, describe, describe_peers, is_wasm, parts_of
 from task_pool import Kept, run_tasks, stamp_of
@@ -199,6 +200,11 @@ def main(argv):
         sections += stability.sections(options, pictures, whole)
         if options.only is None:
             sections += (plan_section.sections(options) + haptic_section.sections(options) if whole else []) + seed_section.sections(options, pictures)
+    own = {}
+    if options.scenes:
+        for result in results:
+            body, own[result.scene.name] = own_page.section_of(result, run_program, pictures)
+            sections.insert(0, (f'{result.scene.name}: error, stability, what is left out', 'own-' + result.scene.name, body))
     name = 'stability.html' if options.only == 'stability' else 'report.html'
     page = os.path.join(options.output, name)
     failed_shown = report_page.write(page, results, refused, compared, sections, where, options, peers, default, fixed)
@@ -206,13 +212,21 @@ def main(argv):
         kept_results.keep(options.output, options.keep, compared, fixed)
     print(f'report: {page}')
     if options.scenes:
-        for result in results:
-            print(f'{result.scene.name}: ' + advice.sentence(result, advice.metric_of(result, fixed.get(result.scene.name, ()))))
+        print_own(results, own)
     if results:
         print_figures(results, compared, peers, failed_shown, default)
     print(f'figure report.html_kb {os.path.getsize(page) / 1024:.0f} kB')
     print(f'figure report.seconds {time.time() - start:.1f} s')
     return 0
+
+
+def print_own(results, own):
+    print(f"figure own_report.scenes_with_peers {sum(each['peers'] for each in own.values())} of_{len(own)}")
+    for each in own.values():
+        print(f"figure own_report.saved_pct {each['saved_pct']:.1f} %")
+        print(f"figure own_report.force_err_shown {int(each['force_shown'])} 1")
+    for result in results:
+        print(f"{result.scene.name}: {own[result.scene.name]['last']}")
 
 
 def print_figures(results, compared, peers, failed_shown, default):

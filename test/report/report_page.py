@@ -297,6 +297,9 @@ def write(path, results, refused, compared, sections, where, options, peers, def
         if body:
             parts.append(section(title, anchor, body))
             contents.append((anchor, title))
+    own = [each for each in sections if each[1].startswith('own-')]  # of a report on scenes that the user named: first
+    for title, anchor, content in own:
+        add(title, anchor, content)
     if results:
         add('What to choose', 'answer', _answer(results, compared, default, fixed))
         if compared:
@@ -318,7 +321,8 @@ def write(path, results, refused, compared, sections, where, options, peers, def
             scene_section(result, fixed.get(result.scene.name, ()), cells) for result in results)))
         contents += [('scene-' + result.scene.name, result.scene.title) for result in results]
     for title, anchor, content in sections:
-        add(title, anchor, content)
+        if not anchor.startswith('own-'):
+            add(title, anchor, content)
     failed = sum(len(result.failed()) for result in results)
     cards = [(len(results), 'scenes'), (sum(len(result.runs) for result in results), 'runs'), (failed, 'failed runs, shown')] if results \
         else []

@@ -5,6 +5,7 @@
 /// the list or a file; METHOD is MODEL-ATTEMPTS (volume-verlet, volume-implicit, volume-sdirk2, volume-automatic, point-...) or a peer of
 /// that list. K [N/m³] and FACETS: 0 leaves the scene's own; K `rigid` (or inf) says so of all surfaces.
 /// `--accuracy A`: of ours, that a step is asked for (world/definition.h).
+/// `--general`: of ours, nothing is left out. `report_run --plan SCENE`: what is left out and why, and where explicit steps are stable.
 /// `--limit`: a run that takes longer ends the process by SIGXCPU, and one that would take more than twice as long fails at once.
 /// `--seconds T --samples N`: another duration and number of states (beyond the scene's own an exact solution may not hold).
 /// SCENE may also be `stackN`, N cubes on one another, or `pyramidN`, a flat pyramid of N = r (r + 1)/2 cubes.
@@ -21,6 +22,7 @@
 
 #include "../comparators/named_attempts.h"
 #include "contactbench_scenes.h"
+#include "haptic_core/analysis/certificate.h"
 #include "haptic_core/base/cpu_time.h"
 #include "haptic_core/base/error.h"
 #include "run_case.h"
@@ -147,11 +149,18 @@ std::size_t bodiesPrinted(const Scene& scene) {
   return scene.chaotic ? 1 : 32;
 }
 
+int tellPlan(const Scene& scene) {
+  const WorldDef def = scene.make({});
+  std::printf("%s%s", World(def).planText().c_str(), certify(def, 1.0).text().c_str());
+  return 0;
+}
+
 int run(int argc, char** argv) {
   std::vector<std::string> words;
   double budget = 0.3;  // [s] of CPU time per run for repetitions
   double seconds = 0, accuracy = 0, limit = 0;
   int samples = 0;
+  bool leave_out = true;
   for (int i = 1; i < argc; ++i) {
     if (std::strcmp(argv[i], "--budget") == 0 && i + 1 < argc) {
       budget = std::atof(argv[++i]);
@@ -162,6 +171,8 @@ int run(int argc, char** argv) {
       if (!(accuracy > 0)) throw SetupError("report_run", "accuracy '" + std::string(argv[i]) + "'", "give a number > 0");
     } else if (std::strcmp(argv[i], "--seconds") == 0 && i + 1 < argc) {
       seconds = std::atof(argv[++i]);
+    } else if (std::strcmp(argv[i], "--general") == 0) {
+      leave_out = false;
     } else if (std::strcmp(argv[i], "--samples") == 0 && i + 1 < argc) {
       samples = std::atoi(argv[++i]);
     } else {
@@ -188,6 +199,7 @@ int run(int argc, char** argv) {
     describe(sceneOf(words[1]));
     return 0;
   }
+  if (words.size() == 2 && words[0] == "--plan") return tellPlan(sceneOf(words[1]));
   const auto chosen = [&] {
     Scene scene = sceneOf(words[0]);
     if (seconds > 0) scene.seconds = seconds;
@@ -206,6 +218,7 @@ int run(int argc, char** argv) {
   const Scene scene = chosen();
   Method method = methodOf(words[1]);
   if (accuracy > 0) method.choice.accuracy = accuracy;
+  method.choice.leave_out = leave_out;
   if (words.size() > 3) {
     method.choice.rigid = words[3] == "rigid" || words[3] == "inf";
     if (!method.choice.rigid) method.choice.stiffness = std::atof(words[3].c_str());

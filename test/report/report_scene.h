@@ -20,6 +20,7 @@ struct Choice {
   double accuracy = WorldSettings{}.accuracy;  ///< that a step is asked for (world/definition.h) [1]
   double stiffness = 0;  ///< foundation k [N/m³]; 0: the scene's own
   bool rigid = false;    ///< all surfaces are said to be rigid (penalty_sim/scene/stiffness_choice.h), whatever the scene says
+  bool leave_out = true;  ///< false: the general pipeline, which visits everything in every step
   int facets = 0;        ///< of round bodies (0…6, subdivisions or doublings); 0: the scene's own, true balls
 };
 
@@ -33,6 +34,7 @@ struct HandSpring {
   int link = -1;                ///< world link index
   double stiffness = 0;         ///< [N/m]
   double damping = 0;           ///< [N·s/m]
+  double rotational_stiffness = 0, rotational_damping = 0;  ///< [N·m/rad], [N·m·s/rad]
   Vector3 p_L = Vector3::Zero();  ///< where it holds, in the link's frame; the link's origin for ours
   std::function<BodyState(double)> path;
 };
@@ -87,6 +89,7 @@ struct Scene {
   std::optional<FrictionChange> friction;
   /// Hands that hold a link by its pose (direct coupling): state of pointer i at a time. Empty: none.
   std::function<BodyState(int, double)> held;
+  std::vector<HandSpring> peer_hands;                   ///< of peers in the place of `held`, one per pointer: they have no led bodies
 };
 
 std::vector<Scene> motionScenes();    ///< single bodies: rest, bounce, tilt, slides, slopes, top, torque-free body
@@ -113,6 +116,7 @@ inline WorldSettings settingsOf(const Choice& choice, const WorldSettings& base 
   s.comparator = choice.comparator;
   s.step = choice.step;
   s.accuracy = choice.accuracy;
+  s.leave_out = choice.leave_out;
   return s;
 }
 

@@ -135,10 +135,14 @@ class Arithmetic(unittest.TestCase):
             return run_errors.Run(**values)
 
         class Result:
-            total = [(run('volume-implicit', 1e-2, 0.001, 1e-6), {'position': 1e-5}), (run('volume-verlet', 1e-3, 0.01, 7e-4), {'position': 1e-5}),
-                     (run('volume-sdirk2', 1e-3, 0.1, 5e-4), {'position': 1e-5}), (run('bullet10', 1e-3, 0.02, 1e-5), {'position': 1e-3})]
+            total = [(run('volume-automatic', 1e-2, 0.001, 1e-6), {'position': 1e-5}), (run('volume-automatic', 1e-3, 0.01, 7e-4), {'position': 1e-5}),
+                     (run('volume-automatic', 5e-4, 0.1, 2e-4), {'position': 1e-5, 'wrench': 0.2}),
+                     (run('point-verlet', 1e-3, 1e-4, 1e-6), {'position': 1e-9}),  # no scene can be given this method
+                     (run('bullet10', 1e-3, 0.02, 1e-5), {'position': 1e-3})]
         found = advice.choices(Result, 'position')
-        self.assertEqual([choice.ours and choice.ours.case.method for choice in found], ['volume-sdirk2'] * 4 + [None])
+        self.assertEqual([choice.ours and choice.ours.case.step for choice in found], [5e-4] * 4 + [None])
+        self.assertEqual(advice.named(found[0].ours), '<haptic:scene step="0.0005">')
+        self.assertEqual(advice.advised(Result), Result.total[2])
         self.assertEqual([choice.theirs and choice.theirs.case.method for choice in found], ['bullet10'] * 2 + [None] * 3)
 
     def test_the_first_screen_counts_scenes_that_are_held_within_one_percent_in_all_measures(self):
@@ -541,8 +545,8 @@ class WholeReport(unittest.TestCase):
     def test_the_terminal_and_the_page_end_with_the_same_advice(self):
         lines = [line for line in self.output.splitlines() if line.startswith('drop: ')]
         self.assertEqual(len(lines), 1, self.output)
-        self.assertIn('take ', lines[0])
-        part = self.text().split('id="scene-drop"')[1].split('<section')[0]
+        self.assertIn('Write into the scene: <haptic:scene step="', lines[0])
+        part = self.text().split('id="own-drop"')[1].split('<section')[0]
         self.assertIn(html.escape(lines[0].removeprefix('drop: ')), part)
 
     def test_a_scene_that_every_method_loses_says_so(self):

@@ -69,25 +69,38 @@ class PeerSimulator : public Simulator {
   void step() override {
     const double factor = friction_.at(time_, *this);
     if (scene_.friction) peer_->scaleFriction(factor);
-    for (const HandSpring& hand : scene_.hands) {
-      const BodyState target = hand.path(time_), now = body(hand.link);
-      peer_->applyForce(hand.link,
-                        hand.stiffness * (target.X_WL.p - now.X_WL.p) +
-                            hand.damping * (target.V_WL.linear - now.V_WL.linear),
-                        now.X_WL.p);
-    }
+    for (const HandSpring& hand : scene_.hands) pull(hand);
+    pulls_.clear();
+    for (const HandSpring& hand : scene_.peer_hands) pulls_.push_back(pull(hand));
     peer_->step();
     time_ = step_ * static_cast<double>(++steps_);
   }
   BodyState body(int link) const override { return {peer_->linkPose(link), peer_->linkTwist(link)}; }
-  Wrench onHand(int) const override { return {}; }
+  Wrench onHand(int i) const override {
+    return static_cast<std::size_t>(i) < pulls_.size() ? -pulls_[static_cast<std::size_t>(i)] : Wrench{};
+  }
 
  private:
+  /// The spring's wrench on its link, about the link's origin, in the next step. A torque comes as a couple of forces.
+  Wrench pull(const HandSpring& hand) {
+    const BodyState target = hand.path(time_), now = body(hand.link);
+    const Vector3 turn = vectorFromRotation(Quaternion(Matrix3(target.X_WL.R * now.X_WL.R.transpose())));
+    const Wrench F{hand.rotational_stiffness * turn + hand.rotational_damping * (target.V_WL.angular - now.V_WL.angular),
+                   hand.stiffness * (target.X_WL.p - now.X_WL.p) + hand.damping * (target.V_WL.linear - now.V_WL.linear)};
+    peer_->applyForce(hand.link, F.force, now.X_WL.p);
+    if (!(F.torque.norm() > 0)) return F;
+    const Vector3 arm = 0.01 * F.torque.unitOrthogonal(), push = F.torque.cross(arm) / (2 * arm.squaredNorm());
+    peer_->applyForce(hand.link, push, now.X_WL.p + arm);
+    peer_->applyForce(hand.link, -push, now.X_WL.p - arm);
+    return F;
+  }
+
   const Scene& scene_;
   Friction friction_;
   double step_, time_ = 0;
   long steps_ = 0;
   std::unique_ptr<peers::PeerWorld> peer_;
+  std::vector<Wrench> pulls_;  ///< of `peer_hands` in the last step
 };
 
 /// Mass properties of the compared bodies, in the order of `Scene::bodies`.
@@ -353,9 +366,8 @@ class Runner {
       sample.hands.push_back(springOnHand(hand, sample.time, simulator.body(hand.link)));
     }
     const World* world = simulator.world();
-    if (world && scene_.hands.empty()) {
-      for (int i = 0; i < world->pointerCount(); ++i) sample.hands.push_back(simulator.onHand(i));
-    }
+    const int hands = world ? world->pointerCount() : static_cast<int>(scene_.peer_hands.size());
+    for (int i = 0; scene_.hands.empty() && i < hands; ++i) sample.hands.push_back(simulator.onHand(i));
     out.samples.push_back(std::move(sample));
   }
 
