@@ -200,12 +200,12 @@ class Tasks(unittest.TestCase):
 
     def test_two_answers_to_one_interval(self):
         for task, words in (('yes_no', ['no', 'yes']), ('two_alternative', ['soft', 'stiff'])):
-            study, rows = self.rows(f'task: {task}\nanswers: [{", ".join(words)}]\nfactors: {{stiffness: [0.7e7, 0.85e7, 1.2e7, 1.4e7]}}\n'
+            study, rows = self.rows(f'task: {task}\nanswers: [{", ".join(words)}]\nfactors: {{stiffness: [0.7e7, 0.93e7, 1.08e7, 1.4e7]}}\n'
                                     'repetitions: 100\n')
             self.assertEqual({r['response'] for r in rows}, set(words))
             x, y = results.judged(study, power.counted(study, rows))
             fit = psychometric.fit(*psychometric.grouped(x, y), study.lapse)
-            # 400 trials leave log sigma to 8 % and mu to 0.1 sigma; three of them, and what the lapses that may be leave open.
+            # Two levels on the slope and two beyond it tell it from lapses. 400 trials leave log sigma to 8 % and mu to 0.1 sigma; three of them, and what the lapses that may be leave open.
             self.assertAlmostEqual(math.log(fit.jnd / psychometric.QUARTILE / 0.1), 0, delta=0.3)
             self.assertLess(abs(fit.pse), 0.03)
             for row in rows:
@@ -371,6 +371,13 @@ class Folders(unittest.TestCase):
         self.assertEqual((again.answers(), again.next_trial(), again.rows[0]['note']), ([True], 2, 'a, "b" c'))
         with open(os.path.join(again.path, 'trials.json'), encoding='utf-8') as file:
             self.assertEqual(list(json.load(file)), list(session_folder.COLUMNS))
+
+    def test_time_goes_on_after_a_kill(self):
+        folder = self.folder()
+        folder.append({'trial': 1, 'order': 0, 'status': 'ok', 'correct': 1, 'onset': 5.0, 'duration': 3.5})
+        folder.running({'trial': 2, 'order': 1, 'onset': 9.25})
+        self.close(folder)
+        self.assertEqual(self.folder().elapsed(), 9.25, 'where the trial began that ran when the program was killed')
 
     def test_a_torn_row_is_the_interrupted_trial(self):
         folder = self.folder()
