@@ -15,7 +15,7 @@ constexpr double kLeastFelt = 0.8;    ///< share, likewise
 
 /// Worst of all presses.
 struct ThinWorst {
-  double given = 0, given_direct = 0, moving = 0, moving_direct = 0, jump = 0, felt = 1;
+  double given = 0, given_direct = 0, moving = 0, moving_direct = 0, held = 0, jump = 0, felt = 1;
   int done = 0, refused = 0, infinite = 0;
   int rings = 0, rings_direct = 0, jumps = 0, gives = 0, felt_less = 0, passed_and_rang = 0, softened = 0;
 };
@@ -41,6 +41,7 @@ void add(const scenes::ThinPress& p, int number, ThinWorst& worst) {
   worst.felt = std::min(worst.felt, felt);
   worst.given = std::max(worst.given, r.energy_given);
   worst.moving = std::max(worst.moving, r.energy_moving);
+  worst.held = std::max(worst.held, r.energy_held);
   if (!p.isVirtual() && r.steady()) {
     worst.given_direct = std::max(worst.given_direct, r.energy_given);
     worst.moving_direct = std::max(worst.moving_direct, r.energy_moving);
@@ -72,6 +73,7 @@ void measureThinPresses(int presses, int first) {
   figure("hand.thin.energy_given_direct_j_max", worst.given_direct, "J");
   figure("hand.thin.energy_given_less_motion_j_max", worst.moving, "J");
   figure("hand.thin.energy_given_less_motion_direct_j_max", worst.moving_direct, "J");
+  figure("hand.thin.energy_given_beyond_held_j_max", worst.held, "J");
   figure("hand.thin.jump_over_stiffness_n", worst.jump, "N");
   figure("hand.thin.check_says_pass_and_rings", worst.passed_and_rang, "1");
   figure("hand.thin.felt_share_min", worst.felt, "1");

@@ -191,6 +191,15 @@ class Trial {
     return energy(K, (goal.p - tool.p).norm(), bound.force) + energy(K_turn, turn, bound.torque);
   }
 
+  /// A held tool stays behind its hand under a force that is as large on the hand's way back: F times the way along it [J].
+  double heldBackEnergy() const {
+    if (!world_.model().holds(pointer_)) return 0;
+    const Pose goal = loop_.report().hand[0].X_WP, tool = toolPose();
+    const Wrench F = world_.pointerWrench(pointer_);
+    const Vector3 turn = vectorFromRotation(Quaternion(Matrix3(tool.R * goal.R.transpose())));
+    return std::max(0.0, F.force.dot(tool.p - goal.p)) + std::max(0.0, F.torque.dot(turn));
+  }
+
   /// Energies of this tick. `tool`: where the tool was before it. All that the world gets beside this hand's work is of led bodies,
   /// belts and drives; what the grip feels of the world's energy is to_grip_ times it.
   void account(const Pose& tool, double time) {
@@ -210,8 +219,10 @@ class Trial {
     const double stored = to_grip_ * (energy.elastic + energy.tangential + couplingEnergy());
     least_ = std::min(least_, at + stored);
     least_moving_ = std::min(least_moving_, at + stored + to_grip_ * energy.kinetic);
+    least_held_ = std::min(least_held_, at + stored + to_grip_ * heldBackEnergy());
     if (at - least_ > result_.energy_given) result_.energy_given = at - least_;
     result_.energy_moving = std::max(result_.energy_moving, at - least_moving_);
+    result_.energy_held = std::max(result_.energy_held, at - least_held_);
   }
 
   double period_;
@@ -226,7 +237,8 @@ class Trial {
   Turns turns_[3];
   double to_grip_ = 1;                       ///< energy at the grip over the world's
   double given_ = 0, external_ = 0;          ///< to the hand, less other sources; the world's work from outside, so far [J]
-  double touched_ = 0, least_ = INFINITY, least_moving_ = INFINITY;  ///< since the first contact [s]; of the sums [J]
+  double touched_ = 0;                       ///< since the first contact [s]
+  double least_ = INFINITY, least_moving_ = INFINITY, least_held_ = INFINITY;  ///< of the sums [J]
   Wrench strings_;
   Pose grip_;
   TrialResult result_;

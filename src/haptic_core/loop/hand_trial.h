@@ -44,6 +44,9 @@ struct TrialResult {
   int weakened = 0;          ///< ticks with contact in which coupling or contact was weakened to what the hand bears
   double energy_given = 0;   ///< [J], see above
   double energy_moving = 0;  ///< the same, less the energy of motion at the interval's start as well [J]
+  /// The same as energy_given, less what the hand itself has stored by going on beyond a held tool (direct coupling): its force times the
+  /// way behind which the tool stays, as of a virtual coupling's spring at its limit [J].
+  double energy_held = 0;
   bool rings = false;        ///< while the target rested
   bool finite = true;        ///< the world stayed so
 
