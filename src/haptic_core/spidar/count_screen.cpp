@@ -78,18 +78,29 @@ CountScreen::Explanation CountScreen::explain(const StringVector& deviation, con
   return found;
 }
 
+/// By more than encoder steps.
+bool CountScreen::agreesMore(const StringVector& length, const StringVector& than, const StringKinematics& kinematics,
+                             const GripPose& pose) const noexcept {
+  const PoseSolution solved = kinematics.solvePose(length, pose), other = kinematics.solvePose(than, pose);
+  const double least = std::max(strings_ * solved.residual * solved.residual, step_ * step_);
+  return solved.status == PoseStatus::kConverged && strings_ * other.residual * other.residual > settings_.ratio * least;
+}
+
 /// Verdict on lengths that are odd, or were before. `found` explains how they deviate from the believed ones;
 /// `persists`: since the reading before, they moved as everything did before the doubt.
-CountScreen::Verdict CountScreen::settle(StringVector& length, const Explanation& found,
-                                         bool persists) noexcept {
+CountScreen::Verdict CountScreen::settle(StringVector& length, const Explanation& found, bool persists, const StringKinematics& kinematics,
+                                         const GripPose& pose) noexcept {
   const bool first = doubts_ == 0;
   ++doubts_;
   if (!first && persists && single_ && std::fabs(shift_) >= settings_.least_slip) {
     if (std::fabs(shift_) > settings_.largest_slip) return Verdict::kLost;
     // The first reading is nearest to the last believed one: its estimate is kept.
-    length[suspect_] -= shift_;
+    StringVector before = length;
+    before[suspect_] -= shift_;
+    const bool stuck = agreesMore(length, before, kinematics, pose);
+    if (!stuck) length = before;
     believe(length);
-    return Verdict::kSlipped;
+    return stuck ? Verdict::kStuck : Verdict::kSlipped;
   }
   if (found.smooth || (found.moved && !(first && found.one))) {  // a spike is over, or the grip was hit
     believe(length);
@@ -124,7 +135,7 @@ CountScreen::Verdict CountScreen::judge(StringVector& length, const StringKinema
     persists = onward.smooth && onward.cost < found.cost;
   }
   read_ = length;
-  return settle(length, found, persists);
+  return settle(length, found, persists, kinematics, pose);
 }
 
 }  // namespace haptic
