@@ -57,7 +57,7 @@ inline constexpr double kLeastSlide = 1e-4;  ///< likewise [m]
 inline constexpr double kRobotSize = 30;     ///< of any part that moves, or is joined to one that does [m]
 /// Beyond what matter can do, for shapes that do not show all of a link [1].
 inline constexpr double kMatterMargin = 3;
-inline constexpr double kLeastDensity = 1;     ///< of air; a kMatterMargin-th of it is improbable [kg/m³]
+inline constexpr double kLeastDensity = 10;    ///< of the lightest foam; a kMatterMargin-th of it is improbable [kg/m³]
 inline constexpr double kMostDensity = 23000;  ///< of osmium; kMatterMargin times it is improbable [kg/m³]
 inline constexpr double kWireDensity = 9000;   ///< of copper, the densest that robots have much of [kg/m³]
 /// Of a joint by its drive: a turn in half a minute [rad/s²], [m/s²].

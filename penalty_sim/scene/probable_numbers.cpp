@@ -108,7 +108,7 @@ class LinkJudge {
       const double least = std::max(wire, i == 2 ? ball : 0) / kMatterMargin;
       const double moment = principal.value[i];
       if (moment <= most && moment >= least) continue;
-      warn("<inertia> has a moment of ", moment, " kg m², ", moment > most ? "more" : "less", " than its ", inertia.mass,
+      warn("<inertia> has a moment of ", moment, " kg m², ", moment > most ? "more" : "less", " than its <mass> of ", inertia.mass,
            " kg can have in it (", moment > most ? most : least, "); expected ", expected(principal.axes.col(i), length),
            ", of a solid: for a box ixx = m (y² + z²)/12");
       return;

@@ -198,6 +198,8 @@ class Judge {
     for (const char* entry : {"ixx", "iyy", "izz"}) {
       for (const double moment : numbersOf(*inertia, entry, 1)) sum += std::abs(moment);
     }
+    if (mass == 0 && sum > 0) warn(*inertial.FirstChildElement("mass"), "value",
+        "the link has moments of inertia and weighs nothing; write its mass in kg");
     bool sound = true;
     for (const char* entry : {"ixx", "iyy", "izz", "ixy", "ixz", "iyz"}) {
       const bool absent = !inertia->Attribute(entry), diagonal = entry[1] == entry[2];
@@ -239,6 +241,9 @@ class Judge {
     const bool slides = type == "prismatic";
     judge(limit, "effort", 1, kEffortBounds);
     judge(limit, "velocity", 1, slides ? kSlideSpeedBounds : kTurnSpeedBounds);
+    const Numbers effort = numbersOf(*limit, "effort", 1), velocity = numbersOf(*limit, "velocity", 1);
+    if (!effort.empty() && effort[0] > 0 && velocity == Numbers{0}) warn(*limit, "velocity",
+        "its drive may not move; write its largest velocity");
     if (type != "revolute" && !slides) return;
     Numbers ends[2];
     for (const char* end : {"lower", "upper"}) {
