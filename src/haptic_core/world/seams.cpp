@@ -90,7 +90,7 @@ void Seams::find(ActivePair* pairs, const int* which, int count, const Pose* X_W
     if (!on_seam) continue;
     const bool swapped = bodyOf(a) > bodyOf(b);
     const double sign = swapped ? -1 : 1;
-    parts_.push_back({i, swapped ? b : a, swapped ? a : b, parts_.size(), sign, sign * (X_WS[a].R * volume.surface_A),
+    parts_.push_back({i, swapped ? b : a, swapped ? a : b, parts_.size(), sign, sign * (X_WS[a].R * volume.area_vector_A),
                       volume.volume * (X_WS[a] * volume.X_AP.p), volume.volume, swapped ? of_b : of_a, swapped ? of_a : of_b});
   }
   // Clusters by merging: few parts, found in the order of the pairs.

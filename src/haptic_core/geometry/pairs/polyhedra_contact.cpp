@@ -71,7 +71,7 @@ void pushWithoutWorkspace(const ConvexPolyhedron& A, const ConvexPolyhedron& B, 
   out.depth = depth;
   out.A0 = depth * depth;
   out.volume = out.A0 * depth;
-  out.area_vector_A = out.surface_A = out.A0 * out.normal();
+  out.area_vector_A = out.A0 * out.normal();
   out.A2 = out.A0 * depth * depth / 12 * Matrix2::Identity();
   out.V2 = depth * out.A2;
 }

@@ -71,7 +71,7 @@ void RoundContact::setAxial(const Vector3& normal_A, const Vector3& axis_A, cons
   const double area = M_PI * r2, seen = area * normal_A.dot(axis_A);
   out_.status = Status::kOverlap;
   out_.X_AP = {patchAxes(normal_A), centroid_A};
-  out_.area_vector_A = out_.surface_A = area * axis_A;
+  out_.area_vector_A = area * axis_A;
   out_.volume = volume;
   out_.V2 = across * Matrix2::Identity();
   out_.A0 = seen;
@@ -104,8 +104,7 @@ bool RoundContact::setMoments(const SolidMoments& sums, const Vector3& o, const 
   out_.area_vector_A = v_.sign * (v_.X_AQ.R * area_Q);
   // Where nothing of the faces is surface, the whole of them stands in.
   const bool seen = seen_Q.norm() > kVanishing * scale;
-  out_.surface_A = seen ? Vector3(v_.sign * (v_.X_AQ.R * seen_Q)) : out_.area_vector_A;
-  const Vector3 n = normalOf(out_.surface_A, scale, way_out_A);
+  const Vector3 n = normalOf(seen ? Vector3(v_.sign * (v_.X_AQ.R * seen_Q)) : out_.area_vector_A, scale, way_out_A);
   const Vector3 centroid = sums.first / sums.volume;  // from o
   const Matrix3 R_AP = patchAxes(n);
   const Matrix3& R_AQ = v_.X_AQ.R;

@@ -268,15 +268,14 @@ bool integrateContact(ContactWorkspace& w, const ConvexPolyhedron* A, const Conv
   const CoveredArea covered_a = coveredArea(w, Owner::kA, request.inner.a, Pose()),
                     covered_b = coveredArea(w, Owner::kB, request.inner.b, X_AB);
   Vector3 surface = out.area_vector_A;
-  if (covered_a.touched || covered_b.touched) out.flags |= ContactVolume::kOnSeam;
   if (covered_a.area + covered_b.area > 0) {
+    out.flags |= ContactVolume::kOnSeam;
     const Vector3 seen = surface + (covered_b.area * covered_b.vector - covered_a.area * covered_a.vector) /
                                        (covered_a.area + covered_b.area);
     if (seen.norm() > kVanishing * scale) surface = seen;  // else nothing of V is surface
     // A side without its covered faces is one face mostly, which holds n.
     out.turns_with_b = covered_b.area / (covered_a.area + covered_b.area);
   }
-  out.surface_A = surface;
   const double size = surface.norm();
   Vector3 n;
   const bool prescribed = request.normal.squaredNorm() > 0, remembered = cache.normal.squaredNorm() > 0;

@@ -13,7 +13,6 @@
 /// the exact derivatives of the volume; for every ordinary contact they are the plain moments of the
 /// projection.
 #pragma once
-#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -63,7 +62,6 @@ struct ContactVolume {
   Pose X_AP;                                ///< patch frame in A; n = X_AP.R.col(2), centroid = X_AC().p
   double rise = 0;                          ///< of P over the centroid [m]; 0 but for parts of a flush contact (seams.h)
   Vector3 area_vector_A = Vector3::Zero();  ///< S_A [m²]
-  Vector3 surface_A = Vector3::Zero();      ///< S_A without covered faces (InnerSides): the area vector of the body's own surface [m²]
   double volume = 0;                        ///< ∫ d dA [m³]
   Matrix2 V2 = Matrix2::Zero();             ///< ∫ r rᵀ d dA [m⁵]; ∫ r d dA = 0 by the choice of P
   CompressingRate compressing;              ///< of the rate at which the surfaces approach
@@ -102,10 +100,6 @@ struct InnerFaces {
   struct Cover {
     int face;                      ///< of the piece
     std::vector<Vector3> outline;  ///< convex, in the piece's frame, counter-clockwise seen from outside the piece [m]
-    double gap = 0;                ///< between it and the neighbour's face, or the lap of both, where it is no rounding [m]
-
-    /// Share with which a contact of this depth takes it for no surface: whoever is ten times as deep as the gap does not feel it [1].
-    double share(double depth) const { return gap > 0 ? std::min(1.0, std::max(0.0, 2 - 10 * gap / depth)) : 1.0; }
   };
   std::vector<std::uint64_t> bits;  ///< bit f of word f/64: face f is covered, at least in part
   std::vector<Cover> covers;        ///< a face may have several

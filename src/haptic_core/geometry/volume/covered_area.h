@@ -9,7 +9,6 @@ namespace haptic {
 struct CoveredArea {
   Vector3 vector = Vector3::Zero();  ///< outward, in A's frame [m²]
   double area = 0;                   ///< sum of its parts' sizes [m²]
-  bool touched = false;              ///< V meets a cover, be it one with a gap too wide to be left out
 };
 
 /// (in realtime) Of the side of `owner`, whose piece lies at X_AS in A's frame. Exact for V in the workspace: each of its
