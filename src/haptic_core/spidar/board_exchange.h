@@ -19,9 +19,9 @@ namespace haptic {
 /// Motors of a board by its model: B5M has eight, those with force sensors three, others four.
 inline int motorsOf(const std::string& model) { return model == "B5M" ? 8 : !model.empty() && model.back() == 'F' ? 3 : 4; }
 
-/// The two boards that are exchanged; 0: none are.
+/// Bit per string of the two boards that are exchanged; 0: none are.
 struct ExchangedBoards {
-  std::uint32_t a = 0, b = 0;  ///< bit per string of each
+  std::uint32_t a = 0, b = 0;
 };
 
 /// The pairs of boards of a device that may be exchanged.
@@ -29,7 +29,6 @@ class BoardExchange {
  public:
   static constexpr int kMostPairs = 6;  ///< of four boards; a device with more is not searched further
 
-  /// Set-up.
   explicit BoardExchange(const DeviceDef& def) : strings_(static_cast<int>(def.strings.size())) {
     for (int i = 0; i < strings_; ++i) per_count_[i] = def.strings[static_cast<std::size_t>(i)].length_per_count;
     length_ = StringVector::Zero(strings_);
@@ -44,8 +43,7 @@ class BoardExchange {
     }
   }
 
-  int pairs() const noexcept { return pairs_; }  ///< their number
-  /// Their strings.
+  int pairs() const noexcept { return pairs_; }
   ExchangedBoards boards(int pair) const noexcept {
     const Pair& p = pair_[pair];
     const std::uint32_t strings = (1u << p.motors) - 1;
