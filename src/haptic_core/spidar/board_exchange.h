@@ -1,12 +1,11 @@
 /// Do two boards answer for each other's motors?
 ///
-/// Ids that were set the wrong way round, or plugs of two boards that were exchanged: string i's counter is that of the motor of string
-/// p(i), the string in the same place on the other board. Each counter tells the truth about a string, of another length per count and
+/// Ids that were set the wrong way round, or plugs of two boards that were exchanged: string i's counter is that of the motor of string p(i),
+/// the string in the same place on the other board. Each counter tells the truth about a string, of another length per count and
 /// another length at the calibration, so the lengths of the exchanged boards follow from what was measured:
 ///     l_p(i) = L_p(i) + (c_p(i)/c_i) (m_i - L_i),
-/// m measured, L at the calibration, c the lengths per count. SlipDiagnosis weighs such lengths against strings that measure wrong. A
-/// device whose boards are mirror images of each other measures mirrored motions: they contradict each other once the grip has moved by
-/// millimetres.
+/// m measured, L at the calibration, c the lengths per count. SlipDiagnosis weighs such lengths against strings that measure wrong. A device
+/// whose boards are mirror images of each other measures mirrored motions: they contradict each other once the grip has moved by millimetres.
 #pragma once
 #include <algorithm>
 #include <cmath>
