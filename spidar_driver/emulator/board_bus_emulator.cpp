@@ -27,14 +27,6 @@ EmulatedBoard* BoardBusEmulator::board(int id) {
   return nullptr;
 }
 
-bool BoardBusEmulator::exchangeIds(int a, int b) {
-  EmulatedBoard *first = board(a), *second = board(b);
-  if (!first || !second) return false;
-  first->answerTo(b);
-  second->answerTo(a);
-  return true;
-}
-
 void BoardBusEmulator::receive(const std::uint8_t* bytes, std::size_t size, std::int64_t now_ns) {
   line_ns_ = std::max(line_ns_, now_ns);
   handed_ns_ = now_ns;

@@ -46,7 +46,6 @@ class BoardBusEmulator {
   void clearLine();                 ///< bytes under way are lost (unplugged)
 
   EmulatedBoard* board(int id);  ///< nullptr when there is none
-  bool exchangeIds(int a, int b);  ///< of two boards, each of which then answers for the other; false: there is none
   const std::vector<std::unique_ptr<EmulatedBoard>>& boards() const { return boards_; }
   MotorPlant& plant() { return plant_; }
   ByteFaults to_host, to_boards;

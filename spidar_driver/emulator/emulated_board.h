@@ -43,7 +43,6 @@ class EmulatedBoard {
   void setObeys(bool obeys) { obeys_ = obeys; }  ///< false: it answers, and its currents stay what they are
   /// It went into that mode (BoardMode) and stays in it, whatever it is told; 0: no more.
   void holdMode(int mode) { held_mode_ = mode, mode_ = static_cast<std::uint8_t>(mode > 0 ? mode : static_cast<int>(BoardMode::kCurrent)); }
-  void answerTo(int id) { id_ = id; }            ///< until `replace`: ids set the wrong way round
   void setStuck(bool stuck);                     ///< its counters stand still
 
   int id() const { return id_; }

@@ -14,8 +14,7 @@ const char* const kOrderHelp =
     "orders, answers: delay N MS, lose N, double N, swap N, replay N (cycles late);\n"
     "                 latency MS, drift MS_PER_S, burst MS (0: none)\n"
     "orders, boards:  kill ID, revive ID, reset ID (brown-out), forget ID (and its counters at 0), stuck ID, moving ID,\n"
-    "                 deaf ID, table ID COMMAND LENGTH, disobey ID, obey ID, mode ID MODE (0: free),\n"
-    "                 exchange ID ID (each answers for the other)\n"
+    "                 deaf ID, table ID COMMAND LENGTH, disobey ID, obey ID, mode ID MODE (0: free)\n"
     "orders, strings: slack S METRES, slip S COUNTS, jump S COUNTS, freeze S, snap S, mend S\n"
     "orders, others:  unplug, plug, hand NAME, drive (says whether a motor has current), quit\n";
 
@@ -78,7 +77,6 @@ bool boardFault(const Order& o, EmulatedBoard& board) {
 }
 
 std::string boardOrder(const Order& o, const std::string& text, BoardBusEmulator& bus) {
-  if (o.verb == "exchange") return bus.exchangeIds(o.i(), static_cast<int>(o.b)) ? "" : "'" + text + "': no board has one of these ids";
   static const char* const verbs[] = {"kill",  "revive",  "reset", "forget", "stuck",
                                       "moving", "disobey", "obey",  "deaf",   "table", "mode"};
   if (std::find(std::begin(verbs), std::end(verbs), o.verb) == std::end(verbs)) return "'" + text + "': unknown order";

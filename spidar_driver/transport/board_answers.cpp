@@ -24,11 +24,10 @@ constexpr double kLossWindow = 50;               // questions over which a board
 constexpr std::int64_t kExamineNs = 30000000;
 // In the idle time of the wire some board is asked as often as this, at uneven times, as a string that moves evenly shows the same part
 // of a count each time: currents that change by 1 N/s are compared, and counts of a grip at
-// 20 mm/s, so often that what contradicts them is seen within 0.1 and 0.2 s. 15 % of the wire at most, which nobody else wants.
-constexpr std::int64_t kCompareNs = 3000000;
+// 20 mm/s, so often that what contradicts them is seen within 0.1 and 0.2 s. 11 % of the wire at most, which nobody else wants.
+constexpr std::int64_t kCompareNs = 4000000;
 constexpr int kTurn = 1024;                      // counts: a board that starts anew keeps the fraction of a turn
 constexpr int kOffLine = 40;                     // [counts]; so exactly, with the motion of three readings
-constexpr int kSeenTwice = 150;                  // counts: way of a string at 1.5 m/s in the three readings that confirm a jump
 constexpr std::int64_t kTogetherNs = 6000000;    // counters that jump within so long jump together
 constexpr double kLossLimit = 0.2;  // of them lost: the board is out of step, or its table is spoilt
 
@@ -158,44 +157,18 @@ bool BoardAnswers::takePositions(int board, const std::uint8_t* bytes, int size,
   CurrentReply packet;
   if (!decodePacket(*found.shape, found.id, bytes, static_cast<std::size_t>(size), packet)) return false;
   board_[board].age.take(found.shape->motors, packet.position, stamp_ns);
-  BoardState& b = board_[board];
-  b.now = packet.position;
-  bool believed = true, jumped = false;
+  bool believed = true;
   const int strings = static_cast<int>(device_.strings.size()), first = cycle_.firstChannel(board);
   for (int m = 0; m < found.shape->motors && first + m < strings; ++m) {
     const auto result = counter_[first + m].accept(packet.position[m], stamp_ns);
     believed = believed && result != CountUnwrapper::Result::kRefused;
     if (result == CountUnwrapper::Result::kRefused) story_.count(LinkStory::kRefused);
-    if (result != CountUnwrapper::Result::kJumped) continue;
-    jumped = true;
-    if (exchanged(board)) suspect(Cause::kExchanged, board);
-    if (trouble_ == Cause::kExchanged || !startedAnew(board, m, packet, stamp_ns)) continue;
+    if (result != CountUnwrapper::Result::kJumped || !startedAnew(board, m, packet, stamp_ns)) continue;
     story_.count(LinkStory::kRestarts);
     counters_restarted_ = true;
     suspect(Cause::kRestarted, board);  // a board that lost power lost its length table as well
   }
-  if (believed && !jumped) b.before = b.now;
   return believed;
-}
-
-/// Its counters go on from where another board's were, and that board's from where its own were: their ids were exchanged.
-bool BoardAnswers::exchanged(int board) const noexcept {
-  const auto apart = [](std::int16_t x, std::int16_t y) {
-    return std::abs(static_cast<std::int16_t>(static_cast<std::uint16_t>(x) - static_cast<std::uint16_t>(y)));
-  };
-  const BoardState& b = board_[board];
-  const BoardShape* shape = cycle_.boards()[board].shape;
-  for (int other = 0; other < cycle_.boardCount(); ++other) {
-    if (other == board || cycle_.boards()[other].shape != shape) continue;
-    const BoardState& o = board_[other];
-    int crossed = 0, away = 0;
-    for (std::size_t m = 0; m < static_cast<std::size_t>(shape->motors); ++m) {
-      crossed += apart(b.now[m], o.before[m]) <= kSeenTwice && apart(o.now[m], b.before[m]) <= kSeenTwice;
-      away += apart(b.now[m], b.before[m]) > 2 * kSeenTwice;
-    }
-    if (crossed == shape->motors && away > 0) return true;
-  }
-  return false;
 }
 
 /// The counter of a motor jumped: with others of its board, or by whole turns? After a start all of a board's counters are within a

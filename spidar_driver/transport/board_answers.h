@@ -89,7 +89,6 @@ class BoardAnswers {
     BoardObedience obedience;    ///< whether it does what it is told
     BoardLesson lesson;          ///< whether it keeps what it is taught
     AnswerAge age;               ///< whether its counts are of now
-    MotorWords now{}, before{};  ///< its last reading; the last one that was believed and went on from those before
     std::uint32_t jumped = 0;    ///< bit per motor whose counter jumped lately
     std::int64_t jumped_ns = 0;  ///< when
   };
@@ -106,7 +105,6 @@ class BoardAnswers {
   int hear(ByteLink& link, std::uint64_t exchange, std::int64_t deadline_ns) noexcept;
   void takeReply(const std::uint8_t* bytes, int size, std::uint64_t exchange) noexcept;
   void takeAnswer(int board, const std::uint8_t* bytes, int size, std::uint64_t exchange) noexcept;
-  bool exchanged(int board) const noexcept;
   bool startedAnew(int board, int motor, const CurrentReply& packet, std::int64_t stamp_ns) noexcept;
   void takeState(int board, const std::uint8_t* bytes, int size) noexcept;
   void compareCounts(int board, int motors, const AllReply& reply) noexcept;

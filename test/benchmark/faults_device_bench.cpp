@@ -35,15 +35,12 @@ DeviceDef load(const std::string& name) { return loadDevice(std::string(HAPTIC_S
 /// A device in hard use; every fault begins with it enabled.
 struct Session {
   Session(const char* device, unsigned seed) : rig(load(device)), random(seed) {}
-  /// `wired`: an order that is carried out before the boards are brought up.
-  bool prepare(const std::string& wired = "") {
+  bool prepare() {
     for (const auto& board : rig.bus.boards()) board->replace(), board->setObeys(true), board->setStuck(false);
     rig.bus.replayReplies(0);
-    if (!wired.empty()) rig.order(wired);
     if (!rig.bringUp()) return false;
     rig.setHand(hardUse(random(), 4));
     ticks = 0;
-    if (!wired.empty()) return true;
     const int lead = 200 + static_cast<int>(random() % 300);
     for (int k = 0; k < lead; ++k) move();
     return rig.enabled();
@@ -269,8 +266,6 @@ const std::set<DeviceCause>& rightNames(const std::string& kind) {
       {"late machine", {C::kLoopLate}},
       {"wrong mode", {C::kWrongMode}},
       {"disobeys", {C::kCurrentsIgnored}},
-      {"exchanged boards", {C::kBoardsExchanged}},
-      {"exchanged in use", {C::kBoardsExchanged}},
       {"old replies", {C::kCountsOld}}};
   static const std::set<C> none;
   const auto found = names.find(kind);
@@ -282,14 +277,11 @@ struct Names {
   double net_force = 0;
 };
 
-constexpr const char* kExchange = "exchange 1 2";
-
 /// One fault, with or without load: ticks that come up to 4 ms late, and once in a while the machine stands still for 15 to 120 ms.
 void nameOne(Session& s, const FaultKind& kind, bool load, Names& names) {
-  const bool wired = kind.name == std::string("exchanged boards");
-  if (!s.prepare(wired ? kExchange : "")) return;
+  if (!s.prepare()) return;
   const std::string order = kind.order(s.random, s.rig);
-  if (!wired) s.rig.order(order);
+  s.rig.order(order);
   DeviceCause first = DeviceCause::kNone;
   int fault_ticks = 0;
   for (int k = 0; k < std::max(kind.patience, 900); ++k) {
@@ -328,9 +320,6 @@ void names() {
     kinds.push_back({"late machine", [](std::mt19937&, const FaultRig&) { return std::string("hand wave"); }});
     kinds.push_back({"wrong mode", [](std::mt19937&, const FaultRig&) { return std::string("mode 1 2"); }, ""});
     kinds.push_back({"old replies", [](std::mt19937& r, const FaultRig&) { return "replay " + std::to_string(1 + r() % 20); }, ""});
-    if (s.rig.bus.boards().size() > 1)
-      for (const char* exchanged : {"exchanged boards", "exchanged in use"})
-        kinds.push_back({exchanged, [](std::mt19937&, const FaultRig&) { return std::string(kExchange); }, ""});
     for (const FaultKind& kind : kinds)
       for (int n = 0; n < 2 * kTrials; ++n) {
         Names one;
@@ -419,11 +408,6 @@ int main(int argc, char** argv) {
   const int starts = argc > 1 ? std::max(0, std::atoi(argv[1])) : 200;
   if (argc > 2) {  // these alone: bench_faults_device 20 starts
     figure("start.false_faults", falseFaults(starts), "1");
-    return 0;
-  }
-  if (argc > 1 && starts == 0) {  // bench_faults_device 0: what replies of before and names are, alone
-    replayed();
-    names();
     return 0;
   }
   obedience();

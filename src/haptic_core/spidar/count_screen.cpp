@@ -78,29 +78,18 @@ CountScreen::Explanation CountScreen::explain(const StringVector& deviation, con
   return found;
 }
 
-/// By more than encoder steps.
-bool CountScreen::agreesMore(const StringVector& length, const StringVector& than, const StringKinematics& kinematics,
-                             const GripPose& pose) const noexcept {
-  const PoseSolution solved = kinematics.solvePose(length, pose), other = kinematics.solvePose(than, pose);
-  const double least = std::max(strings_ * solved.residual * solved.residual, step_ * step_);
-  return solved.status == PoseStatus::kConverged && strings_ * other.residual * other.residual > settings_.ratio * least;
-}
-
 /// Verdict on lengths that are odd, or were before. `found` explains how they deviate from the believed ones;
 /// `persists`: since the reading before, they moved as everything did before the doubt.
-CountScreen::Verdict CountScreen::settle(StringVector& length, const Explanation& found, bool persists, const StringKinematics& kinematics,
-                                         const GripPose& pose) noexcept {
+CountScreen::Verdict CountScreen::settle(StringVector& length, const Explanation& found,
+                                         bool persists) noexcept {
   const bool first = doubts_ == 0;
   ++doubts_;
   if (!first && persists && single_ && std::fabs(shift_) >= settings_.least_slip) {
     if (std::fabs(shift_) > settings_.largest_slip) return Verdict::kLost;
     // The first reading is nearest to the last believed one: its estimate is kept.
-    StringVector before = length;
-    before[suspect_] -= shift_;
-    const bool stuck = agreesMore(length, before, kinematics, pose);
-    if (!stuck) length = before;
+    length[suspect_] -= shift_;
     believe(length);
-    return stuck ? Verdict::kStuck : Verdict::kSlipped;
+    return Verdict::kSlipped;
   }
   if (found.smooth || (found.moved && !(first && found.one))) {  // a spike is over, or the grip was hit
     believe(length);
@@ -135,7 +124,7 @@ CountScreen::Verdict CountScreen::judge(StringVector& length, const StringKinema
     persists = onward.smooth && onward.cost < found.cost;
   }
   read_ = length;
-  return settle(length, found, persists, kinematics, pose);
+  return settle(length, found, persists);
 }
 
 }  // namespace haptic

@@ -10,8 +10,7 @@
 /// Costs are distributed as χ²: what costs too much is not what happened.
 ///
 /// A string that is off is not believed: its length is taken from the others and from the motion. When the
-/// next reading goes on from there as everything moved before, the encoder slipped, and by how much is known; unless the lengths agree
-/// after the jump and contradicted each other before it: then the string stuck, and has come after.
+/// next reading goes on from there as everything moved before, the encoder slipped, and by how much is known.
 /// When it is back where the motion leads, the reading was a spike. When neither becomes clear within four
 /// readings, the counters no longer tell lengths. This needs no redundant string, and tells strings apart
 /// that are parallel in the space of residuals. It sees what happens within a tick or two; what grows slowly
@@ -30,7 +29,6 @@ struct ScreenSettings {
   double impact = 50;             ///< times that: the grip was hit, or let go under force
   double jitter = 3;              ///< of the instant of reading [periods]; a busy host
   double largest_slip = 25e-3;    ///< more than that is no slip of a drum or a wheel: the counter is lost [m]
-  double ratio = 9;               ///< of squares of what lengths contradict each other by, from which the lesser one is believed
   int patience = 4;               ///< readings until a doubt must be settled
 };
 
@@ -43,7 +41,6 @@ class CountScreen {
     kReplaced,  ///< string `suspect` is off: its length was replaced, the pose is good
     kHeld,      ///< several strings are off: these lengths make no pose
     kSlipped,   ///< the encoder of `suspect` slipped by `slip`; the length was corrected by it
-    kStuck,     ///< string `suspect` stood still and has come after by `slip`
     kLost,      ///< the counters no longer tell lengths; `suspect` is off most
   };
 
@@ -72,10 +69,7 @@ class CountScreen {
     double cost = 0;   ///< of a motion like before [1]
   };
   Explanation explain(const StringVector& deviation, const StructureMatrix& A, double elapsed) const noexcept;
-  Verdict settle(StringVector& length, const Explanation& found, bool persists, const StringKinematics& kinematics,
-                 const GripPose& pose) noexcept;
-  bool agreesMore(const StringVector& length, const StringVector& than, const StringKinematics& kinematics,
-                  const GripPose& pose) const noexcept;
+  Verdict settle(StringVector& length, const Explanation& found, bool persists) noexcept;
   void believe(const StringVector& length) noexcept;
 
   ScreenSettings settings_;

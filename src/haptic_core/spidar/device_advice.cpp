@@ -91,11 +91,6 @@ std::string causeText(const DeviceRecord& record) {
     case DeviceCause::kBoardRepeats:
       return "the counters of strings " + listOf(record.still_strings) + " stand still while the others move: their board repeats "
              "its counts, check its supply and cable, then " + kLengths;
-    case DeviceCause::kBoardsExchanged:
-      return (record.exchanged.a == 0 ? happened
-                                      : "the boards of strings " + listOf(record.exchanged.a) + " and of strings " +
-                                            listOf(record.exchanged.b) + " are exchanged") +
-             ": give each the other's id, or swap the plugs of their motors, restart the driver, then " + kLengths;
     case DeviceCause::kCountersStill:
       return happened + "; " + kLengths;
     case DeviceCause::kCountersFrozen:
@@ -154,7 +149,6 @@ DeviceRecord recordOf(const Spidar& device, std::uint64_t tick, std::int64_t sta
   r.suspect_string = device.suspectString();
   r.suspects = device.health().suspects();
   r.suspect_error = device.health().suspectError();
-  r.exchanged = device.health().exchanged();
   r.hottest_motor = device.health().hottestMotor();
   r.flags = device.flags();
   r.cause = device.cause();

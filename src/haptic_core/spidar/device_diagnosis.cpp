@@ -24,7 +24,6 @@ constexpr CauseRow kRows[] = {
     {DeviceCause::kWrongMode, kNothing, 0, 0, bit(WireFinding::kWrongMode), C::kStop, C::kPause, false},
     {DeviceCause::kCurrentsIgnored, kNothing, 0, 0, bit(WireFinding::kCurrentsIgnored), C::kStop, C::kPause, false},
     {DeviceCause::kCountsOld, kNothing, 0, 0, bit(WireFinding::kOldCounts), C::kStop, C::kPause, false},
-    {DeviceCause::kBoardsExchanged, kNothing, 0, 0, bit(WireFinding::kExchanged), C::kStop, C::kStop, true},
     {DeviceCause::kBoardRestarted, kCounterRestarted, 0, 0, 0, C::kStop, C::kStop, true},
     {DeviceCause::kAnswersLost, kNothing, 0, 0, bit(WireFinding::kAnswersLost), C::kStop, C::kPause, false},
     {DeviceCause::kNoise, kNothing, 0, 0, bit(WireFinding::kNoise), C::kStop, C::kPause, false},
@@ -33,7 +32,6 @@ constexpr CauseRow kRows[] = {
     {DeviceCause::kBoardSilent, kLinkLost, 0, 0, 0, C::kPause, C::kPause, false},
     {DeviceCause::kAnswersLost, kAnswersFailing, kLoopLate, 0, 0, C::kStop, C::kSay, false},
     {DeviceCause::kAnswersLost, kAnswersLost, kLoopLate, 0, 0, C::kReduce, C::kSay, false},
-    {DeviceCause::kBoardsExchanged, kBoardsExchanged, 0, 0, 0, C::kStop, C::kStop, true},
     {DeviceCause::kBoardRepeats, kSomeCountersStill | kResidualHigh, 0, 0, 0, C::kStop, C::kStop, true},
     {DeviceCause::kBoardRepeats, kSomeCountersStill | kCountersLost, 0, 0, 0, C::kStop, C::kStop, true},
     {DeviceCause::kCounterJumped, kCountersLost, 0, 0, 0, C::kStop, C::kStop, true},
@@ -80,7 +78,6 @@ constexpr CauseText kTexts[] = {
     {"over rate", "the exchange ran faster than the wire carries"},
     {"unguarded", "the motor guard has ended or stands still"},
     {"counts old", "%B answered with counts of cycles ago: its full answers contradict them"},
-    {"boards exchanged", "two boards answer for each other's strings"},
 };
 static_assert(std::size(kTexts) == static_cast<std::size_t>(DeviceCause::kCauses), "a text for every cause");
 
@@ -117,7 +114,6 @@ DeviceCause causeOf(WireFinding finding) noexcept {
     case WireFinding::kAnswersLost:
     case WireFinding::kNoise:
     case WireFinding::kOldCounts:
-    case WireFinding::kExchanged:
       for (const CauseRow& row : kRows)
         if (row.findings & bit(finding)) return row.cause;
   }

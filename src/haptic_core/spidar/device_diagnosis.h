@@ -55,7 +55,6 @@ enum DeviceSign : std::uint64_t {
   kCountersLost = 1ull << 36,    ///< the counters no longer tell the strings' lengths
   kLengthsBroken = 1ull << 37,   ///< the lengths contradict each other so much that no pose can be trusted
   kCountsRefusedLong = 1ull << 39, ///< counts come, and have made no pose for longer than force may act on old ones
-  kBoardsExchanged = 1ull << 40,   ///< the lengths agree where two boards answer for each other's strings
   kStringNamed = 1ull << 38,     ///< it is known, or will not become clearer, which string contradicts the others
 };
 
@@ -84,7 +83,6 @@ enum class DeviceCause : unsigned char {
   kOverRate,          ///< faster than the wire carries
   kUnguarded,         ///< the process that would turn the motors off is gone
   kCountsOld,         ///< a board answers with counts of cycles ago
-  kBoardsExchanged,   ///< two boards answer for each other's strings
   kCauses
 };
 

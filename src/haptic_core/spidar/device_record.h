@@ -35,7 +35,6 @@ struct DeviceRecord {
   double stable_stiffness = 0;  ///< largest wall that is stable in a relaxed hand with that delay [N/m]
   int suspect_string = -1;    ///< the one that disagrees most; -1: none
   std::uint32_t suspects = 0;  ///< bit per string that may be the one
-  ExchangedBoards exchanged;   ///< strings of two boards that answer for each other
   std::uint32_t still_strings = 0;  ///< bit per string that stands still, of cause kBoardRepeats
   double suspect_error = 0;   ///< measured minus true length of it [m]
   int hottest_motor = 0;      ///< index of the string

@@ -21,9 +21,8 @@ constexpr double kSettling_s = 0.005;
 }  // namespace
 
 SlipDiagnosis::SlipDiagnosis(const DeviceDef& def, const DiagnosisSettings& settings)
-    : settings_(settings), strings_(static_cast<int>(def.strings.size())), exchange_(def) {
+    : settings_(settings), strings_(static_cast<int>(def.strings.size())) {
   for (const StringDef& string : def.strings) step_ = std::max(step_, std::fabs(string.length_per_count));
-  first_ = StringVector::Zero(strings_);
 }
 
 void SlipDiagnosis::forget() noexcept {
@@ -35,10 +34,8 @@ void SlipDiagnosis::forget() noexcept {
 
 void SlipDiagnosis::add(const StringVector& length, const StringKinematics& kinematics, const GripPose& start,
                         double elapsed) noexcept {
-  if (time_ == 0) {
-    for (int j = 0; j < hypotheses(); ++j) belief_[j].pose = start;
-    first_ = length;
-  }
+  if (time_ == 0)
+    for (int j = 0; j < strings_; ++j) belief_[j].pose = start;
   time_ += elapsed;
   const double keep = elementary::exp(-elapsed / settings_.memory_s);
   const bool counts = time_ > kSettling_s;
@@ -64,25 +61,28 @@ void SlipDiagnosis::add(const StringVector& length, const StringKinematics& kine
         share = 0;
       }
     }
-    if (counts) b.take(unexplained, share, length[j] - first_[j], keep);
-  }
-  for (int j = strings_; j < hypotheses(); ++j) {
-    Belief& b = belief_[j];
-    const PoseSolution solved = kinematics.solvePose(exchange_.exchanged(j - strings_, length), b.pose);
-    if (solved.status == PoseStatus::kConverged) b.pose = solved.pose;
-    if (counts) b.take(solved.residual * solved.residual * strings_, 0, 0, keep);
+    if (!std::isfinite(unexplained)) unexplained = 1;  // a metre squared: this is not what happened
+    if (!counts) continue;
+    b.unexplained = keep * b.unexplained + (1 - keep) * unexplained;
+    b.weight = keep * b.weight + (1 - keep) * share;
+    b.sum = keep * b.sum + (1 - keep) * share * b.offset;
+    b.square = keep * b.square + (1 - keep) * share * b.offset * b.offset;
   }
   rank();
 }
 
 void SlipDiagnosis::rank() noexcept {
   best_ = 0;
-  for (int j = 1; j < hypotheses(); ++j)
+  for (int j = 1; j < strings_; ++j)
     if (belief_[j].cost() < belief_[best_].cost()) best_ = j;
   const double least = std::max(belief_[best_].cost(), evidence_ * settings_.noise * step_ * step_);
   candidates_ = 0;
-  for (int j = 0; j < hypotheses(); ++j)
+  for (int j = 0; j < strings_; ++j)
     if (belief_[j].cost() <= settings_.ratio * least) candidates_ |= 1u << j;
+}
+
+bool SlipDiagnosis::clear() const {
+  return time_ >= settings_.least_time_s && best_ >= 0 && candidates_ == 1u << best_;
 }
 
 }  // namespace haptic

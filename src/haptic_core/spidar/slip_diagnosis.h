@@ -10,18 +10,13 @@
 ///   δ_j += -e_j / w,    unexplained r_j = |e|² - e_j² / w.
 /// A true hypothesis leaves r_j at the encoders' noise and δ_j at one value while the grip moves; a wrong one
 /// does not:
-///   J_j = mean over the last 0.1 s of  r_j + w (δ_j - a - b l_j)²,
-/// a and b those that make it least, |b| ≤ ½: a string that rubs shows a share of its motion, so its error grows with its length l_j.
+///   J_j = mean over the last 0.1 s of  r_j + w (δ_j - mean δ_j)².
 /// Strings whose J is within a factor of the least cannot be told apart (yet); with one redundant string the
-/// second term alone decides. Beside them stand pairs of boards that may be exchanged (board_exchange.h): J is the mean of |e|² of
-/// the lengths in their true places, without anything to fit. Cost: n warm solves a tick (8 µs for 8 strings), only while there is doubt.
+/// second term alone decides. Cost: n warm solves a tick (8 µs for 8 strings), only while there is doubt.
 #pragma once
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 
-#include "haptic_core/spidar/board_exchange.h"
 #include "haptic_core/spidar/string_kinematics.h"
 
 namespace haptic {
@@ -42,29 +37,24 @@ class SlipDiagnosis {
   SlipDiagnosis(const DeviceDef& def, const DiagnosisSettings& settings);
 
   void forget() noexcept;  ///< (in realtime) there is no doubt
-  void calibrate(const StringVector& length) noexcept { exchange_.calibrate(length); }  ///< (in realtime) lengths at it [m]
   bool open() const { return time_ > 0; }  ///< there is a doubt
   /// (in realtime) One more reading in doubt: lengths as measured [m]. `start`: the pose before the doubt,
   /// for the first.
   void add(const StringVector& length, const StringKinematics& kinematics, const GripPose& start,
            double elapsed) noexcept;
 
-  int best() const { return best_ < strings_ ? best_ : -1; }  ///< -1: no doubt, or no string is to blame
-  ExchangedBoards exchanged() const { return best_ < strings_ ? ExchangedBoards{} : exchange_.boards(best_ - strings_); }  ///< likeliest
-  bool mayBeExchanged() const { return (candidates_ >> strings_) != 0; }  ///< boards may be exchanged rather than a string wrong
+  int best() const { return best_; }  ///< -1: no doubt
   double offset(int string) const {
     return belief_[string].offset;
   }                                                         ///< its length as measured minus as it is [m]
-  std::uint32_t candidates() const { return candidates_ & ((1u << strings_) - 1); }  ///< bit per string that may be the one
-  bool alone() const { return best_ >= 0 && candidates_ == 1u << best_; }            ///< one candidate is left
-  bool clear() const { return time_ >= settings_.least_time_s && alone(); }          ///< on enough evidence
+  std::uint32_t candidates() const { return candidates_; }  ///< bit per string that may be the one
+  bool clear() const;                                       ///< one candidate is left, on enough evidence
   double time() const { return time_; }                     ///< since the doubt began [s]
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.time_), visit(s.evidence_), visit(s.best_), visit(s.candidates_), visit(s.exchange_);
-    visit(s.first_);
-    for (int j = 0; j < s.hypotheses(); ++j) visit(s.belief_[j]);
+    visit(s.time_), visit(s.evidence_), visit(s.best_), visit(s.candidates_);
+    for (int j = 0; j < s.strings_; ++j) visit(s.belief_[j]);
   }
 
  private:
@@ -72,35 +62,18 @@ class SlipDiagnosis {
     GripPose pose;
     double offset = 0;                                        ///< δ_j [m]
     double unexplained = 0, weight = 0, sum = 0, square = 0;  ///< filtered r, w, w δ, w δ²
-    double way = 0, ways = 0, cross = 0;                      ///< filtered w x, w x², w x δ, x of its length since the doubt began
-    /// `x`: its length as measured since the doubt began [m].
-    void take(double r, double w, double x, double keep) {
-      const auto filter = [keep](double& mean, double now) { mean = keep * mean + (1 - keep) * now; };
-      filter(unexplained, std::isfinite(r) ? r : 1);  // a metre squared: this is not what happened
-      filter(weight, w), filter(sum, w * offset), filter(square, w * offset * offset);
-      filter(way, w * x), filter(ways, w * x * x), filter(cross, w * x * offset);
-    }
     template <class Self, class Visit>
     static void eachField(Self& s, Visit&& visit) {
       visit(s.pose), visit(s.offset), visit(s.unexplained), visit(s.weight), visit(s.sum), visit(s.square);
-      visit(s.way), visit(s.ways), visit(s.cross);
     }
-    double cost() const {
-      if (!(weight > 0)) return unexplained;
-      const double spread = ways - way * way / weight, along = cross - way * sum / weight;
-      const double b = spread > 0 ? std::clamp(along / spread, -0.5, 0.5) : 0;
-      return unexplained + square - sum * sum / weight - 2 * b * along + b * b * spread;
-    }
+    double cost() const { return unexplained + (weight > 0 ? square - sum * sum / weight : 0); }
   };
-  int hypotheses() const { return strings_ + exchange_.pairs(); }
   void rank() noexcept;
 
   DiagnosisSettings settings_;
   int strings_;
   double step_ = 0;
-  BoardExchange exchange_;
-  std::array<Belief, kMaxStrings + BoardExchange::kMostPairs> belief_;  ///< of strings, then of pairs of boards
-  StringVector first_;              ///< lengths as the doubt began [m]
+  std::array<Belief, kMaxStrings> belief_;
   double time_ = 0, evidence_ = 0;  ///< evidence_: filtered 1
   int best_ = -1;
   std::uint32_t candidates_ = 0;

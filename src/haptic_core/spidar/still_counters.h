@@ -19,7 +19,6 @@
 
 #include "haptic_core/base/elementary.h"
 #include "haptic_core/base/spatial.h"
-#include "haptic_core/spidar/board_exchange.h"
 #include "haptic_core/spidar/device_def.h"
 
 namespace haptic {
@@ -37,9 +36,11 @@ class StillCounters {
       step_[i] = std::fabs(def.strings[static_cast<std::size_t>(i)].length_per_count);
       coarsest_ = std::max(coarsest_, step_[i]);
     }
-    int first = 0;  // strings follow each other in the order of the boards (DeviceDef::boards)
+    // Strings follow each other in the order of the boards (DeviceDef::boards); B5M has eight motors, those with force sensors three.
+    int first = 0;
     for (std::size_t b = 0; b < def.boards.size() && first < strings_; ++b) {
-      first += motorsOf(def.boards[b]);
+      const std::string& model = def.boards[b];
+      first += model == "B5M" ? 8 : !model.empty() && model.back() == 'F' ? 3 : 4;
       end_[boards_++] = std::min(first, strings_);
     }
   }

@@ -21,7 +21,6 @@ void StringHealth::forget() noexcept {
   residual_time_ = quiet_time_ = 0;
   corrections_ = 0;
   named_ = reduced_ = false;
-  exchanged_ = {};
   suspect(-1, 0, 0);
 }
 
@@ -36,10 +35,8 @@ CountScreen::Verdict StringHealth::screen(StringVector& length, const StringKine
   using Verdict = CountScreen::Verdict;
   Verdict verdict = screen_.judge(length, kinematics, pose, elapsed);
   if (verdict == Verdict::kSlipped && ++corrections_ > settings_.most_corrections) verdict = Verdict::kLost;
-  if (verdict == Verdict::kSlipped || verdict == Verdict::kStuck || verdict == Verdict::kLost) {
-    const bool stuck = verdict == Verdict::kStuck;  // it was off before
-    suspect(screen_.suspect(), stuck ? -screen_.slip() : screen_.slip(), 1u << screen_.suspect());
-    named_ = named_ || stuck;
+  if (verdict == Verdict::kSlipped || verdict == Verdict::kLost) {
+    suspect(screen_.suspect(), screen_.slip(), 1u << screen_.suspect());
     diagnosis_.forget();
     reduced_ = false;
   }
@@ -62,14 +59,8 @@ StringVerdict StringHealth::judge(const PoseSolution& solution, const StringVect
   // Half a tick of slack: sums of h must not decide by rounding.
   const bool lasts = residual_time_ >= settings_.residual_time_s - 0.5 * h;
   if (!broken && !lasts && diagnosis_.time() < settings_.decide_s) return StringVerdict::kTrue;
-  // Boards that may be exchanged: no string is accused before it is known, and the force is limited all the while.
-  const bool known = broken ? diagnosis_.alone() : diagnosis_.clear() || diagnosis_.time() >= settings_.decide_s;
-  if (!broken && !known && !reduced_ && diagnosis_.mayBeExchanged()) return StringVerdict::kTrue;
   // A name once found stays: the motors' later forces are no evidence.
-  if (!named_) {
-    suspect(diagnosis_.best(), diagnosis_.best() < 0 ? 0 : diagnosis_.offset(diagnosis_.best()), diagnosis_.candidates());
-    if (known) exchanged_ = diagnosis_.exchanged();
-  }
+  if (!named_) suspect(diagnosis_.best(), diagnosis_.offset(diagnosis_.best()), diagnosis_.candidates());
   named_ = named_ || diagnosis_.clear();
   if (broken) return StringVerdict::kBroken;
   reduced_ = true;

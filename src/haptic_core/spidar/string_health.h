@@ -51,7 +51,6 @@ class StringHealth {
   StringHealth(const DeviceDef& def, const HealthSettings& settings);  ///< for a device of this arrangement
 
   void forget() noexcept;  ///< (in realtime) after a calibration or a recovery
-  void calibrate(const StringVector& length) noexcept { forget(), diagnosis_.calibrate(length); }  ///< (in realtime) lengths at it [m]
   void forgetMotion() noexcept { screen_.forget(); }  ///< (in realtime) after a gap: the next lengths do not follow the last
 
   /// (in realtime) Judges the lengths [m] of one reading, `elapsed` [s] after the last, and replaces what
@@ -76,10 +75,9 @@ class StringHealth {
   static void eachField(Self& s, Visit&& visit) {
     visit(s.residual_time_), visit(s.quiet_time_), visit(s.suspect_error_), visit(s.hottest_), visit(s.suspect_);
     visit(s.hottest_motor_), visit(s.corrections_), visit(s.suspects_), visit(s.named_), visit(s.reduced_);
-    visit(s.heat_), visit(s.screen_), visit(s.diagnosis_), visit(s.exchanged_.a), visit(s.exchanged_.b);
+    visit(s.heat_), visit(s.screen_), visit(s.diagnosis_);
   }
 
-  ExchangedBoards exchanged() const { return exchanged_; }  ///< boards that answer for each other's strings
   int suspect() const { return suspect_; }                ///< -1: none
   double suspectError() const { return suspect_error_; }  ///< measured minus true length of the suspect [m]
   std::uint32_t suspects() const { return suspects_; }    ///< bit per string that may be the one
@@ -97,7 +95,6 @@ class StringHealth {
   double residual_time_ = 0, quiet_time_ = 0, suspect_error_ = 0, hottest_ = 0;
   int suspect_ = -1, hottest_motor_ = 0, corrections_ = 0;
   std::uint32_t suspects_ = 0;
-  ExchangedBoards exchanged_;
   bool named_ = false, reduced_ = false;  ///< since the doubt began: a string was named, the force was reduced
 };
 

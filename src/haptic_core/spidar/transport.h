@@ -40,7 +40,6 @@ enum class WireFinding : std::uint8_t {
   kAnswersLost,      ///< it loses one command in five
   kNoise,            ///< bytes come without end
   kOldCounts,        ///< its answers bring counts of cycles ago
-  kExchanged,        ///< it answers for another board, which answers for it
 };
 
 /// What one exchange brought. `counts` are unwrapped; boards answer before they execute, so they belong to the

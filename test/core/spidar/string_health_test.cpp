@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "haptic_core/spidar/device_record.h"
@@ -84,60 +83,6 @@ INSTANTIATE_TEST_SUITE_P(Kinds, Fault,
                                            Case{TwinFaultKind::kBreak, 5, 4, DeviceState::kFault},
                                            Case{TwinFaultKind::kJump, 0.1, 2, DeviceState::kFault},
                                            Case{TwinFaultKind::kSilence, 0, 22, DeviceState::kReady}));
-
-/// Two boards of four motors whose ids are the wrong way round: string i's counter and drive are those of the motor of string p(i), before
-/// the calibration already. A hand that waves the grip is enough: the first thing said is which boards they are, and no string is accused.
-TEST(StringHealth, BoardsThatAnswerForEachOtherAreNamed) {
-  const DeviceDef def = loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/spidar_g6x4.yaml");
-  constexpr int kMotors = 4;
-  const auto crossed = [](auto& of_strings) { std::swap_ranges(&of_strings[0], &of_strings[0] + kMotors, &of_strings[0] + kMotors); };
-  for (const bool force : {false, true}) {
-    Spidar device(def);
-    DeviceTwin twin(def, WavedRig::waving());
-    device.calibrateAtHome();
-    device.setForceEnabled(force);
-    int ticks = 0;
-    const auto good = [&] { return device.state() != DeviceState::kReduced && device.state() != DeviceState::kFault; };
-    for (; ticks < 5000 && good(); ++ticks) {
-      DriveCommand drive = device.drive();
-      crossed(drive.voltage);
-      DeviceSample sample = twin.exchange(drive);
-      crossed(sample.counts);
-      device.sense(sample, kStep);
-      device.actuate({}, 0, kStep);
-    }
-    EXPECT_EQ(device.state(), DeviceState::kFault);
-    EXPECT_EQ(device.cause(), DeviceCause::kBoardsExchanged) << ticks << advice(recordOf(device, 0, 0, {}), def.name);
-    EXPECT_EQ(device.health().exchanged().a, 0x0fu);
-    EXPECT_EQ(device.health().exchanged().b, 0xf0u);
-    EXPECT_EQ(device.health().suspect(), -1);
-    EXPECT_LE(twin.pose().X_BG.p.norm(), 0.02) << "the grip has not gone far";
-  }
-}
-
-/// A string that rubs: its counter stands still until the string is a millimetre off, and then is where it belongs. The first jump tells
-/// it from an encoder that slips, for the lengths agree after it; nothing is corrected.
-TEST(StringHealth, AStringThatSticksAndSlipsIsNotTakenForASlippingEncoder) {
-  for (int string = 0; string < 8; ++string) {
-    WavedRig rig;
-    const double step = std::fabs(rig.device.def().strings[static_cast<std::size_t>(string)].length_per_count);
-    std::int64_t stuck = rig.twin.exchange(rig.device.drive()).counts[static_cast<std::size_t>(string)];
-    int jumps = 0;
-    for (int k = 0; k < 3000 && rig.device.state() != DeviceState::kFault; ++k) {
-      DeviceSample sample = rig.twin.exchange(rig.device.drive());
-      std::int64_t& count = sample.counts[static_cast<std::size_t>(string)];
-      if (std::fabs(static_cast<double>(count - stuck)) * step >= 1e-3) stuck = count, ++jumps;
-      count = stuck;
-      rig.device.sense(sample, kStep);
-      rig.device.actuate({}, 0, kStep);
-    }
-    EXPECT_EQ(rig.device.state(), DeviceState::kFault) << string;
-    EXPECT_EQ(rig.device.cause(), DeviceCause::kStringWrong) << string;
-    EXPECT_EQ(rig.device.suspectString(), string);
-    EXPECT_LE(jumps, 1) << string;
-    EXPECT_EQ(rig.device.health().corrections(), 0) << string;
-  }
-}
 
 TEST(StringHealth, AnUndisturbedWaveRaisesNoAlarm) {
   WavedRig rig;
