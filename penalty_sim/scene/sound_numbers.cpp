@@ -101,13 +101,7 @@ class Judge {
     if (anywhere) place.most = place.largest;
     judge(origin, "xyz", 3, place);
     judge(origin, "rpy", 3, kAngleBounds);
-    // An impossible quaternion is none; one that is 0 has no direction.
-    const Numbers quaternion = origin ? numbersOf(*origin, "quat_xyzw", 4) : Numbers();
-    const bool finite = std::all_of(quaternion.begin(), quaternion.end(), [](double number) { return std::isfinite(number); });
-    const bool zero = std::all_of(quaternion.begin(), quaternion.end(), [](double number) { return number == 0; });
-    if (quaternion.empty() || (finite && !zero)) return;
-    replaced(*origin, "quat_xyzw", "no rotation is taken in its place");
-    origin->SetAttribute("quat_xyzw", "0 0 0 1");
+    // A quaternion that cannot be right is refused by its reader: any other would be a wrong pose.
   }
 
   /// A size of 0 beside others is a slab's; a negative one lost its sign. False: nothing sound is near.

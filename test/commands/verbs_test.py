@@ -95,8 +95,9 @@ class Verbs(unittest.TestCase):
                          for i, (name, _) in enumerate(objects)]
                 with open(plan, "w", encoding="utf-8") as file:
                     file.writelines(line.split()[-1] + "\n" for line in lines)
-                free, ends = [0.0] * cores, []  # each core takes the next object when it is free
+                free, begins, ends = [0.0] * cores, [], []  # each core takes the next object when it is free
                 for _, seconds in objects:
+                    begins.append(free[0])
                     free[0] += seconds
                     ends.append(free[0])
                     free.sort()
@@ -104,7 +105,8 @@ class Verbs(unittest.TestCase):
                     now = share * max(ends)
                     with open(log, "w", encoding="utf-8") as file:
                         file.writelines(line for line, end in zip(lines, ends) if end <= now)
-                    left = float(self.progress('seconds_left "$@"', plan, log, str(now)).stdout)
+                    running = sum(now - begin for begin, end in zip(begins, ends) if begin < now < end)  # as /proc has it
+                    left = float(self.progress('seconds_left "$@"', plan, log, str(now), str(int(running))).stdout)
                     errors.append(abs(left / (max(ends) - now) - 1))
         errors.sort()
         self.assertLess(errors[len(errors) * 19 // 20 - 1], 1 / 3, errors)
