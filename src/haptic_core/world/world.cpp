@@ -61,7 +61,6 @@ struct World::Impl {
   }
 
   Model model;
-  const Vector3 scene_gravity = model.settings.gravity;  ///< before any tuning [m/s²]
   Work work;
   State state;
   Report report;
@@ -336,8 +335,6 @@ std::vector<double> World::save() const { return state().pack(); }
 void World::restore(const std::vector<double>& packed) {
   refuseDamaged(impl_->model, impl_->state, packed);
   impl_->begin(packed);
-  // What the state may draw on is of the gravity that it was saved under, which was the scene's or another one.
-  if (impl_->model.settings.gravity != impl_->scene_gravity) renewSupply(impl_->model, impl_->work, impl_->state);
 }
 
 std::string World::planText() const {
