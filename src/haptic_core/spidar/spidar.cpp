@@ -9,8 +9,6 @@
 namespace haptic {
 namespace {
 
-// More than this share of the wrench lost to the tensions' bounds is worth a flag; λ alone loses up to 3 %.
-constexpr double kPresentableShare = 0.05;
 // Where a calibration's pose lies farther from a sound one than this, the grip is not where the user says: a hand that holds it
 // at home is off by a few millimetres. Who asks again within kMeant means it.
 constexpr double kFarFromJig = 0.01, kTurnedFromJig = 0.35;  // [m], [rad]
@@ -18,16 +16,6 @@ constexpr double kMeant = 10;                                // [s]
 // A grip that is pushed stands where force and hand agree, not where the user says: a calibration there makes the strings contradict each
 // other as soon as it moves.
 constexpr double kPushedFromJig = 0.5e-3, kPushTurnedFromJig = 0.02;  // [m], [rad]
-constexpr double kUnfelt = 0.05;    // [N]; a step is felt from about so much on
-constexpr double kRestForce = 0.1;  // [N]; tensions that cannot be balanced better leave the hand alone instead
-
-/// `v` shortened to length `limit`; true when it was longer.
-bool clampNorm(Vector3& v, double limit) {
-  const double norm = v.norm();
-  if (!(norm > limit)) return false;
-  v *= limit / norm;
-  return true;
-}
 
 }  // namespace
 
@@ -371,126 +359,6 @@ bool Spidar::takePose(const DeviceSample& sample, double elapsed) noexcept {
   pose_is_new_ = true;
   pose_stamp_ns_ = sample.stamp_ns;
   return true;
-}
-
-Wrench Spidar::withinLimits(Wrench F_G_B) const noexcept {
-  clampNorm(F_G_B.force, max_force_);
-  clampNorm(F_G_B.torque, max_torque_);
-  return F_G_B;
-}
-
-void Spidar::beginAnew(double seconds) noexcept {
-  rise_s_ = gain_ < 1 && presents() ? std::max(rise_s_, seconds) : seconds;
-  gain_ = 0;
-}
-
-bool Spidar::presses() const noexcept {
-  return asked_.force.norm() > kUnfelt || asked_.torque.norm() > kUnfelt * kinematics_.knotRadius();
-}
-
-/// Force that must not act for another tick: STOP, a fault, the dead-man switch, an interruption.
-bool Spidar::endsAtOnce() const noexcept {
-  return stopped_ || !held_ || paused_ || state_ == DeviceState::kFault || state_ == DeviceState::kUncalibrated;
-}
-
-void Spidar::endAtOnce() noexcept {
-  gain_ = grasp_ = 0;
-  rise_s_ = settings_.enable_ramp_s;  // every way back into force is a ramp
-  wanted_ = asked_ = Wrench{};
-}
-
-/// The gain goes to what state, doubt and heat allow: up by a ramp, down by the release rate.
-void Spidar::moveGain(double h) noexcept {
-  const bool doubtful = state_ == DeviceState::kReduced || health_.contradicted();
-  const double share = doubtful ? std::min(1.0, settings_.reduced_force / max_force_) : 1;
-  const double allowed = presents() ? share * heat_share_ : 0;
-  if (heat_share_ < 1) flags_ |= kMotorHot;
-  if (gain_ < allowed) {
-    gain_ = rise_s_ > 0 ? std::min(allowed, gain_ + h / rise_s_) : allowed;
-  } else {
-    gain_ = std::max(allowed, gain_ - h * settings_.release_rate / max_force_);
-  }
-  if (gain_ < 1) flags_ |= kFaded;
-}
-
-Wrench Spidar::admit(const Wrench& F_G_B, const ForceSlew& slew, const Twist& moved, double h, double command_age) noexcept {
-  Wrench asked = F_G_B;
-  if (!asked.allFinite()) {
-    flags_ |= kCommandNotFinite;
-    asked = Wrench{};
-  }
-  if (def_.dof == 3 && asked.torque.squaredNorm() > 0) {
-    flags_ |= kTorqueIgnored;
-    asked.torque.setZero();
-  }
-  if (asked.force.norm() > max_force_) flags_ |= kForceClamped;
-  if (asked.torque.norm() > max_torque_) flags_ |= kTorqueClamped;
-  asked = withinLimits(asked);
-  bool silent = false;
-  if (!(command_age <= settings_.command_age_limit_s)) {
-    flags_ |= kCommandStale;
-    const double late = (command_age - settings_.command_age_limit_s) / settings_.command_decay_s;
-    silent = !(late < 1);
-    asked = asked * (silent ? 0 : 1 - late);
-  }
-  if (endsAtOnce()) {
-    endAtOnce();
-    flags_ |= kFaded | (heat_share_ < 1 ? kMotorHot : 0u);
-    return {};
-  }
-  moveGain(h);
-  if (silent) beginAnew(settings_.enable_ramp_s);
-  const Wrench wanted = asked * gain_;
-  const Wrench given = slew.led(wanted, wanted_, asked_, moved, h);
-  if (given.force != wanted.force || given.torque != wanted.torque) flags_ |= kSlewLimited;
-  wanted_ = wanted;
-  return given;
-}
-
-void Spidar::actuate(const Wrench& F_G_B, double grasp_force, double h, double command_age) noexcept {
-  const ForceSlew own{stable_stiffness_, settings_.torque_slew / settings_.force_slew, settings_.force_slew};
-  present(admit(F_G_B, own, twist_, h, command_age), grasp_force, h);
-}
-
-void Spidar::present(const Wrench& F_G_B, double grasp_force, double h) noexcept {
-  asked_ = F_G_B;  // limits that were lowered meanwhile bound what is admitted: the law leads there
-  clampNorm(asked_.force, def_.max_force);
-  clampNorm(asked_.torque, def_.max_torque);
-  if (def_.dof == 7) {
-    const double wanted = std::isfinite(grasp_force) ? gain_ * std::clamp(grasp_force, -def_.max_force, def_.max_force) : 0;
-    const double step = settings_.force_slew * h;
-    grasp_ = endsAtOnce() ? 0 : std::clamp(wanted, grasp_ - step, grasp_ + step);
-  }
-  if (calibrated_) distribution_.setStructure(kinematics_.scaledStructure(solution_.pose));
-  const TensionReport& report = distribution_.present(asked_, grasp_);
-  achieved_ = report.F_G_B;
-  const double size = elementary::hypot(asked_.force.norm(), asked_.torque.norm() / kinematics_.knotRadius());
-  if (presents() && report.error > kPresentableShare * size + 0.1) flags_ |= kNotPresentable;
-  if (report.at_max) flags_ |= kTensionAtMax;
-  heat_share_ = health_.heat(report.tension, h);
-  writeDrive(stopped_ || (paused_ && clock_.lostNow()) || (state_ == DeviceState::kFault && (zero_current_ || !restsSafely())), h);
-}
-
-/// In a fault: least tensions that leave the hand alone. They do so only at a pose that is known.
-bool Spidar::restsSafely() const noexcept {
-  const Wrench& F = distribution_.report().F_G_B;
-  return poseValid() && F.force.norm() <= kRestForce && F.torque.norm() <= kRestForce * kinematics_.knotRadius();
-}
-
-void Spidar::writeDrive(bool zero_current, double h) noexcept {
-  const StringVector& tension = distribution_.report().tension;
-  drive_ = DriveCommand{};
-  zero_drives_ = zero_current ? zero_drives_ + 1 : 0;
-  if (zero_current) told_.setZero();
-  for (int i = 0; i < kinematics_.strings() && !zero_current; ++i) {
-    const StringDef& s = def_.strings[i];
-    // Without a pose no tension but the least makes sense; with one, balanced tensions do not push the grip.
-    const double wanted = calibrated_ ? tension[i] : s.min_tension;
-    const double most = std::min(s.max_tension, std::max(told_[i], s.min_tension) + settings_.tension_slew * h);
-    if (wanted > most && most < s.max_tension) flags_ |= kSlewLimited;
-    told_[i] = std::min(std::max(wanted, s.min_tension), most);
-    drive_.voltage[i] = told_[i] * s.volt_per_newton;
-  }
 }
 
 }  // namespace haptic

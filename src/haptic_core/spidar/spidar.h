@@ -67,7 +67,8 @@ class Spidar {
   /// (in realtime) The wrench on the hand at G's origin in B that may be presented where `F_G_B` is asked for: within the limits, times
   /// the gain, no faster than `slew` lets it change for a grip that `moved` since the last sample. `command_age` [s]: of what is asked.
   Wrench admit(const Wrench& F_G_B, const ForceSlew& slew, const Twist& moved, double h, double command_age = 0) noexcept;
-  /// (in realtime) Makes the drive for the next exchange; `F_G_B` as `admit` gave it, or less, grasp force along the opening [N].
+  /// (in realtime) Makes the drive for the next exchange; `F_G_B` as `admit` gave it, with a damper's force perhaps: a wrench beyond what
+  /// is allowed now only falls. Grasp force along the opening [N].
   void present(const Wrench& F_G_B, double grasp_force, double h) noexcept;
   /// (in realtime) Both, for a wrench that comes from elsewhere: by the law of the device's own rates.
   void actuate(const Wrench& F_G_B, double grasp_force, double h, double command_age = 0) noexcept;
@@ -208,12 +209,14 @@ class Spidar {
   void obey(const CauseRow& row) noexcept;
   void enterFault(const CauseRow& row, bool zero_current) noexcept;
   void name(const CauseRow& row) noexcept;
+  static constexpr double kRestForce = 0.1;  ///< [N]; tensions that cannot be balanced better leave the hand alone instead
   bool presents() const noexcept { return state_ == DeviceState::kEnabled || state_ == DeviceState::kReduced; }
   void updatePose(const PoseSolution& solved, const GripPose& steady, double h) noexcept;
   bool checkResidual(const PoseSolution& solved, const GripPose& last, double h) noexcept;
   bool restsSafely() const noexcept;
   bool endsAtOnce() const noexcept;
   void endAtOnce() noexcept;
+  double allowedShare() const noexcept;
   void moveGain(double h) noexcept;
   void writeDrive(bool zero_current, double h) noexcept;
 
@@ -242,6 +245,7 @@ class Spidar {
   double grasp_ = 0;              ///< grasp force of the last tick [N]
   double stable_stiffness_ = 0;
   double since_counts_ = 0, since_pose_ = 0;  ///< since the last counts of every board, and the last pose [s]
+  Wrench admitted_;                   ///< by the law, in this tick; `asked_` with what comes behind it
   Wrench wanted_, asked_, achieved_;  ///< gain times what is asked for; what the law makes of it; what the tensions make of that
   StringVector told_;  ///< tensions of drive_ [N]; zero without current
   DriveCommand drive_;

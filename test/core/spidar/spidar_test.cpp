@@ -234,6 +234,64 @@ TEST(Spidar, ForceIsOnOnlyWhileTheSwitchIsHeld) {
   EXPECT_NEAR(rig.device.askedWrench().force.x(), 3, 1e-9);
 }
 
+// A limit that is lowered while a force is on, a doubt or a release: from then on the force only falls until it is within, wherever what
+// is wanted turns meanwhile and whatever a damper behind the law adds; by the law all the while.
+TEST(Spidar, AForceBeyondALimitThatIsLoweredOnlyFalls) {
+  constexpr double kBefore = 8, kLowered = 2;
+  const ForceSlew slew{4000, 0.02, 100};
+  const Twist moved{Vector3::Zero(), Vector3(0.1, 0, 0)};  // 0.4 N in a tick
+  for (const bool off : {false, true}) {
+    Rig rig({}, true);
+    Wrench F;
+    F.force.x() = kBefore;
+    rig.run(900, F);
+    ASSERT_NEAR(rig.device.askedWrench().force.norm(), kBefore, 1e-9);
+    Spidar::Tuning tuning = rig.device.tuning();
+    if (off) rig.device.setForceEnabled(false);
+    else tuning.max_force = kLowered;
+    rig.device.tune(tuning);
+    double last = kBefore;
+    for (int i = 0; i < 200; ++i) {
+      rig.device.sense(rig.twin.exchange(rig.device.drive()), kStep);
+      F.force = kBefore * Vector3(std::cos(0.5 * i), std::sin(0.5 * i), 0);
+      Wrench damped = rig.device.admit(F, slew, moved, kStep);
+      damped.force += Vector3(0, 1, 0);
+      const Vector3 before = rig.device.askedWrench().force;
+      rig.device.present(damped, 0, kStep);
+      const double now = rig.device.askedWrench().force.norm();
+      ASSERT_LE(now, std::max(off ? 0 : kLowered, last) * (1 + 1e-12)) << i;
+      EXPECT_LE((rig.device.askedWrench().force - before).norm(), 0.5 + 1 + 1e-9) << i;
+      last = now;
+    }
+    EXPECT_LE(last, off ? 0 : kLowered * (1 + 1e-12));
+  }
+}
+
+// Little force stays little where the greatest force is raised meanwhile.
+TEST(Spidar, AForceThatIsReducedDoesNotRiseWithTheLimit) {
+  Rig rig({}, true);
+  Spidar::Tuning tuning = rig.device.tuning();
+  const double whole = tuning.max_force;
+  tuning.max_force = 1;
+  rig.device.tune(tuning);
+  Wrench F;
+  F.force.x() = whole;
+  rig.run(900, F);
+  for (int i = 0; i < 40 && rig.device.state() == DeviceState::kEnabled; ++i) {  // a fifth of the answers come
+    DeviceSample sample = rig.twin.exchange(rig.device.drive());
+    if (i % 5) sample.status = LinkStatus::kStale, sample.lost = 1;
+    rig.device.sense(sample, kStep);
+    rig.device.actuate(F, 0, kStep);
+  }
+  ASSERT_EQ(rig.device.state(), DeviceState::kReduced);
+  tuning.max_force = whole;
+  rig.device.tune(tuning);
+  for (int i = 0; i < 300; ++i) {
+    rig.tick(F);
+    ASSERT_LE(rig.device.askedWrench().force.norm(), 1 + 1e-9) << i;
+  }
+}
+
 TEST(DeviceTwin, AnswersBeforeItExecutes) {
   TwinSettings settings;
   settings.hand = false;
