@@ -57,7 +57,7 @@ class BadInput(unittest.TestCase):
             "empty": ("", []),
             "malformed": ("<robot name='a'><link", []),
             "not_a_robot": ("<sdf/>", []),
-            "no_number": (scene(LINK.format("body", "much", 1e-3, BOX)), ["body", "much"]),
+            "no_number": (scene(LINK.format("body", "much", 1e-3, BOX)), ["<mass>", "much"]),
             "mesh_not_found": (scene(LINK.format("body", 1, 1e-3, '<mesh filename="no_such.stl"/>')), ["no_such.stl"]),
         }
         with tempfile.TemporaryDirectory() as folder:
