@@ -91,7 +91,7 @@ class TerminalFront(Front):
                 continue
             read = os.read(0, 4096)  # readline would keep a second line where select does not see it
             if not read:
-                self.events.put(('begin', ''))  # without a keyboard there is nobody to wait for
+                self.events.put(('begin', ''))  # without a keyboard no key can come
                 return
             *lines, rest = (rest + read).split(b'\n')
             for line in lines:

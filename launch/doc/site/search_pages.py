@@ -12,7 +12,7 @@ import re
 import sys
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-MOST_PAGES = 12   # of a word: the rest of a common one helps nobody
+MOST_PAGES = 12   # of a word: more of a common one do not help
 WORD = re.compile(r"[a-z0-9][a-z0-9_+-]*[a-z0-9]|[a-z]{2,}")
 DROPPED = re.compile(r"<(script|style|svg)\b.*?</\1>|<!--.*?-->", re.S)
 # Words that pages are about, and a part of the name of one that must be among the first three found.
