@@ -117,7 +117,6 @@ void WorldTopics::publishPlan(const SceneDef& scene) {
   m->scene = scene.world.name;
   m->file = scene.file;
   m->step_size = step_;
-  m->substeps = static_cast<std::uint32_t>(port_.world.settings().substeps);
   for (std::size_t i = 0; i < links_.size(); ++i) {
     if (!fixed_[i]) m->links.push_back(links_[i]);
   }

@@ -21,7 +21,7 @@ SceneDef load(const std::string& file_or_name, SceneOptions options, const std::
 
 void defineCertificate(py::module_& m) {
   py::class_<Certificate>(m, "Certificate", "Where a scene is stable, and with which steps velocity Verlet would be.")
-      .def_readonly("step", &Certificate::step, "of the scene, after its substeps [s]")
+      .def_readonly("step", &Certificate::step, "of the scene [s]")
       .def_readonly("settled", &Certificate::settled, "the scene came to rest before it was judged")
       .def_property_readonly(
           "verdict", [](const Certificate& c) { return std::string(toString(c.verdict)); },
@@ -101,9 +101,6 @@ void bindScene(py::module_& m) {
       .def_property(
           "step", [](const SceneDef& s) { return s.world.settings.step; },
           [](SceneDef& s, double h) { setNumbers("step", {h}, s); }, "h [s]")
-      .def_property(
-          "substeps", [](const SceneDef& s) { return s.world.settings.substeps; },
-          [](SceneDef& s, int n) { setNumbers("substeps", {double(n)}, s); }, "world steps of h / substeps per step")
       .def_property(
           "far_step", [](const SceneDef& s) { return s.world.settings.far_step; },
           [](SceneDef& s, double h) { setNumbers("far_step", {h}, s); },

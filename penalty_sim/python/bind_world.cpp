@@ -131,8 +131,8 @@ void defineReports(py::module_& m) {
                     "largest speed that an implicit solve left to change [m/s]")
       .def_readonly("position_error", &StepReport::position_error,
                     "that the step adds, by its own estimate: of the island that errs most [m]")
-      .def_readonly("substeps", &StepReport::substeps,
-                    "of this step: more where something fast came near something thin")
+      .def_readonly("parts", &StepReport::parts,
+                    "solves of an island after one another, the most of any: more than 1 where friction changed or something was fast")
       .def_readonly("finite", &StepReport::finite, "False: a number was lost and the world stopped")
       .def_readonly("flags", &StepReport::flags, "what was dropped: StepFlag in world/report.h; 0: nothing");
 }

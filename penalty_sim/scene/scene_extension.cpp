@@ -152,16 +152,15 @@ void setWorldSetting(const std::string& where, const std::string& name, const st
     good = number && (*numbers)[0] > 0 && (*numbers)[0] <= 0.1;
     if (good) settings.step = (*numbers)[0];
     known = "a time in seconds, > 0 and ≤ 0.1";
-  } else if (name == "substeps") {
-    good =
-        number && (*numbers)[0] >= 1 && (*numbers)[0] <= 1000 && (*numbers)[0] == std::floor((*numbers)[0]);
-    if (good) settings.substeps = static_cast<int>((*numbers)[0]);
-    known = "a whole number of 1…1000";
   } else if (name == "gravity") {
     good =
         numbers && numbers->size() == 3 && Vector3((*numbers)[0], (*numbers)[1], (*numbers)[2]).allFinite();
     if (good) settings.gravity = Vector3((*numbers)[0], (*numbers)[1], (*numbers)[2]);
     known = "three numbers in m/s²";
+  } else if (name == "substeps") {
+    if (value == "1") return;
+    warnings.push_back(where + ": substeps = '" + value + "' is ignored: each island divides its step where it is fast; take it out, or"
+                       " give a shorter step");
   } else if (name == "integrator" || name == "contact_model") {
     if (value == (name == "integrator" ? "automatic" : "volume")) return;
     warnings.push_back(where + ": " + name + " = '" + value +
@@ -182,7 +181,7 @@ void setWorldSetting(const std::string& where, const std::string& name, const st
     good = choose<bool>(value, {{"true", true}, {"false", false}}, settings.energy_ledger, known);
   } else {
     throw SetupError(where, "unknown setting '" + name + "'",
-                     "known: step, substeps, far_step, gravity, accuracy, pressure_law, energy_ledger");
+                     "known: step, far_step, gravity, accuracy, pressure_law, energy_ledger");
   }
   if (!good) throw SetupError(where, name + " = '" + value + "'", "write " + known);
 }

@@ -19,7 +19,7 @@ void refuseUnknownExtensions(const XmlFile& file, const XmlElement& element,
 /// XML parsers then refuse the file). Throws SetupError naming tag and line.
 void checkExtensions(RobotFile& robot);
 
-/// Sets one entry of the world's settings from text: step, substeps, far_step, gravity, accuracy, pressure_law, energy_ledger.
+/// Sets one entry of the world's settings from text: step, far_step, gravity, accuracy, pressure_law, energy_ledger.
 /// Entries that chose a method before 0.3 (integrator, contact_model) set nothing and leave a line in `warnings`. Throws SetupError for
 /// unknown names and bad values.
 void setWorldSetting(const std::string& where, const std::string& name, const std::string& value, WorldSettings& settings,

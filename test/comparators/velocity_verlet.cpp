@@ -4,7 +4,6 @@
 
 #include "haptic_core/world/link_forces.h"
 #include "haptic_core/world/pair_search.h"
-#include "haptic_core/world/step_parts.h"
 #include "point_contact.h"
 #include "verlet_memory.h"
 
@@ -19,7 +18,7 @@ class VelocityVerlet : public Comparator {
     for (const ModelTree& tree : model.trees) scratch_.fit(*tree.model);
   }
 
-  void advance(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept override;
+  void advance(const Model& model, double h, State& state, Work& work, Report& report) noexcept override;
 
  private:
   /// A force element at the start of the step, for the ledger.
@@ -30,9 +29,9 @@ class VelocityVerlet : public Comparator {
 
   SteppedTree inPlace(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept;
   bool isPrimed(const Model& model, const ModelTree& tree, const State& state) const noexcept;
-  void prime(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
-  void evaluate(const Model& model, const StepPart& part, bool advances, State& state, Work& work, Report& report) noexcept;
-  void pullCoupled(const Model& model, const StepPart& part, bool advances, State& state, Work& work) const noexcept;
+  void prime(const Model& model, double h, State& state, Work& work, Report& report) noexcept;
+  void evaluate(const Model& model, double h, bool advances, State& state, Work& work, Report& report) noexcept;
+  void pullCoupled(const Model& model, double h, bool advances, State& state, Work& work) const noexcept;
   void lookAhead(const Model& model, double h, State& state, Work& work) noexcept;
   void noteForces(const Model& model, const Work& work) noexcept;
   void bookForces(const Model& model, double h, const Work& work, State& state) const noexcept;
@@ -85,7 +84,7 @@ void VelocityVerlet::lookAhead(const Model& model, double h, State& state, Work&
 }
 
 /// Virtual couplings pull at their links. Of a link that another hand holds nothing is booked: its energy is that hand's.
-void VelocityVerlet::pullCoupled(const Model& model, const StepPart& part, bool advances, State& state, Work& work) const noexcept {
+void VelocityVerlet::pullCoupled(const Model& model, double h, bool advances, State& state, Work& work) const noexcept {
   HandWork& hands = work.hands;
   for (const int i : hands.acting) {
     const PointerState& pointer = state.pointers[i];
@@ -96,21 +95,21 @@ void VelocityVerlet::pullCoupled(const Model& model, const StepPart& part, bool 
     const Wrench F_W = couplingForce(hands.coupling[i], X_LP, hands.goal[i], link);
     link.addWrench(F_W, p_WP);
     if (!advances) continue;
-    if (hands.held_by[pointer.link] < 0) state.energy.external += part.h * power(F_W, link.twistAt(p_WP));
-    hands.wrench[i] += -(F_W * part.share);
+    if (hands.held_by[pointer.link] < 0) state.energy.external += h * power(F_W, link.twistAt(p_WP));
+    hands.wrench[i] += -F_W;
   }
 }
 
 /// Contacts and pulls here and now, of a part or, with time 0, of the first one's start.
-void VelocityVerlet::evaluate(const Model& model, const StepPart& part, bool advances, State& state, Work& work,
+void VelocityVerlet::evaluate(const Model& model, double h, bool advances, State& state, Work& work,
                               Report& report) noexcept {
   work.clock.end(report.step.stages.motion);
   stepping::lookForPairs(model, 0, state, work, report.step);
   Advance advance;
-  advance.time = advances ? part.h : 0;
+  advance.time = advances ? h : 0;
   advance.second_order = true;
   evaluateContacts(model, contact_model_, advance, state, work, contacts_, report);
-  pullCoupled(model, part, advances, state, work);
+  pullCoupled(model, h, advances, state, work);
   LinkWork* link = work.placement.link.data();
   eachForce(model, work.visits.trees, movesOf(model, work.hands), [&](int, const ModelForce& force) {
     addForce(forceNow(model, force, link), force.link_a >= 0 ? link + force.link_a : nullptr, link + force.link_b);
@@ -126,19 +125,19 @@ bool VelocityVerlet::isPrimed(const Model& model, const ModelTree& tree, const S
 }
 
 /// What pulls at trees that begin here.
-void VelocityVerlet::prime(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
+void VelocityVerlet::prime(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
   const std::vector<const ModelTree*>& movers = work.hands.movers;
   for (const ModelTree* tree : movers) primed_[model.indexOf(*tree)] = isPrimed(model, *tree, state);
   const auto primed = [&](const ModelTree* tree) { return primed_[model.indexOf(*tree)] != 0; };
   if (std::all_of(movers.begin(), movers.end(), primed)) return;
   placeTrees(model, work.visits.trees, state, work.placement);
-  evaluate(model, part, false, state, work, report);
+  evaluate(model, h, false, state, work, report);
   for (const ModelTree* tree : movers) {
     if (!primed(tree)) readPull(inPlace(model, *tree, state, work), model.settings.gravity, scratch_);
   }
   if (!model.settings.energy_ledger) return;
-  lookAhead(model, part.h, state, work);
-  notePowers(work.ledgerView(model), part.h, v_ahead_, contacts_, state);
+  lookAhead(model, h, state, work);
+  notePowers(work.ledgerView(model), h, v_ahead_, contacts_, state);
 }
 
 void VelocityVerlet::noteForces(const Model& model, const Work& work) noexcept {
@@ -162,20 +161,19 @@ void VelocityVerlet::bookForces(const Model& model, double h, const Work& work, 
   });
 }
 
-void VelocityVerlet::advance(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
-  prime(model, part, state, work, report);
-  const double h = part.h;
+void VelocityVerlet::advance(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
+  prime(model, h, state, work, report);
   const Vector3& gravity = model.settings.gravity;
   const bool books = model.settings.energy_ledger;
   if (books) noteForces(model, work);
   for (const ModelTree* tree : work.hands.movers) {
     book(startVerlet(inPlace(model, *tree, state, work), gravity, h, scratch_), state, report.step);
   }
-  moveHeld(model, part, state, work.hands, work.placement);
+  moveHeld(model, state, work.hands, work.placement);
   for (const int t : work.visits.trees) {  // startVerlet has placed the others
     if (!work.hands.movesByItself(model.trees[t])) placeTree(model.trees[t], state, work.placement);
   }
-  evaluate(model, part, true, state, work, report);
+  evaluate(model, h, true, state, work, report);
   for (const ModelTree* tree : work.hands.movers) {
     const Wrench* events = contacts_.has_kick ? contacts_.kick.data() + tree->link : nullptr;
     finishVerlet(inPlace(model, *tree, state, work), gravity, h, events, scratch_);

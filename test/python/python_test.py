@@ -321,7 +321,7 @@ class BadNumbers(unittest.TestCase):
         yield "Loop.tick", loop.tick, False
         yield "Loop.rate", lambda x: haptic.Loop("touch_cube", rate=x), False
         yield "certify.settle", lambda x: haptic.certify("touch_cube", x), False
-        for name, below in (("step", False), ("substeps", False), ("far_step", False), ("accuracy", False)):
+        for name, below in (("step", False), ("far_step", False), ("accuracy", False)):
             yield "Scene." + name, lambda x, name=name: setattr(scene, name, x), below
         yield "Scene.default_density", lambda x: haptic.Scene("touch_cube", default_density=x), False
         yield "Scene.gravity", lambda x: setattr(scene, "gravity", [0, x, 0]), True

@@ -125,7 +125,6 @@ Scene fileScene(const std::string& file) {
   s.make = [loaded](const Choice& choice) {
     WorldDef def = loaded->world;
     def.settings = settingsOf(choice, def.settings);
-    def.settings.substeps = 1;  // the report's steps are what is computed
     return def;
   };
   if (!loaded->hands.empty()) {

@@ -85,7 +85,6 @@ class GearHand {
     constexpr double kPress = 2;  // [N]
     WorldDef& def = scene_.world;
     def.settings.step = h_;
-    def.settings.substeps = 1;
     def.settings.default_material.stiffness = scenes::gearFoundation(stiffness, kPress);
     def.settings.default_material.dissipation = 1;
     for (ArticulationDef& articulation : def.articulations) {

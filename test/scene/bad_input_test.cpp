@@ -170,7 +170,7 @@ std::vector<BadCase> badCases() {
       {"step of 1 s", robot("<haptic:scene step=\"1\"/>" + boxLink("a")), {"step", "'1'"}},
       {"accuracy of 0", robot("<haptic:scene accuracy=\"0\"/>" + boxLink("a")), {"accuracy", "'0'", "≤ 1"}},
       {"accuracy of 2", robot("<haptic:scene accuracy=\"2\"/>" + boxLink("a")), {"accuracy", "'2'"}},
-      {"unknown scene setting", robot("<haptic:scene stepp=\"1\"/>" + boxLink("a")), {"stepp", "substeps"}},
+      {"unknown scene setting", robot("<haptic:scene stepp=\"1\"/>" + boxLink("a")), {"stepp", "far_step"}},
       {"pointer to a ghost", robot("<haptic:pointer link=\"ghost\"/>" + boxLink("a")), {"ghost"}},
       {"pointer that is fixed", robot("<haptic:pointer link=\"a\"/>" + boxLink("a")), {"'a'", "fixed"}},
       {"filter with a ghost",

@@ -210,7 +210,6 @@ Certificate certify(const WorldDef& def, double settle_s, const std::function<bo
   WorldDef quiet = def;
   quiet.settings.attempts = Attempts::kImplicitEuler;
   quiet.settings.comparator = nullptr;
-  quiet.settings.substeps = 1;
   quiet.settings.step = 5e-3;  // dissipative, and long enough that a second costs 200 steps
   quiet.settings.energy_ledger = false;
   World world(quiet);
@@ -221,7 +220,7 @@ Certificate certify(const WorldDef& def, double settle_s, const std::function<bo
   }
 
   Certificate certificate;
-  certificate.step = def.settings.step / def.settings.substeps;
+  certificate.step = def.settings.step;
   double speed = 0;
   for (double v : world.state().v) speed = std::max(speed, std::abs(v));
   certificate.settled = speed < 1e-3;

@@ -48,7 +48,7 @@ struct IslandCertificate {
 
 /// Whether a scene is stable at its step: verdicts on every contact and island.
 struct Certificate {
-  double step = 0;            ///< of the definition [s], after its substeps
+  double step = 0;            ///< of the definition [s]
   bool settled = true;        ///< the scene came to rest; otherwise judged where the settling ended
   std::vector<PairCertificate> pairs;      ///< every contact of the settled scene
   std::vector<IslandCertificate> islands;  ///< every island of it

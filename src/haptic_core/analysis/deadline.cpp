@@ -82,10 +82,10 @@ double leastWork(const World& world) {
   const Pairs all = pairsOf(model, [](int, int) { return true; });
   const Pairs solved = pairsOf(model, [&](int a, int b) { return moves(a) || moves(b); });
   const double attempt = units::kLink * links + all.looks, sweep = units::kSweep * all.count;
-  if (!model.implicit_steps) return units::kStep + model.settings.substeps * (2 * attempt + sweep);
+  if (!model.implicit_steps) return units::kStep + 2 * attempt + sweep;
   const double rows = static_cast<double>(hands.movers.size()) + solved.count + static_cast<double>(model.forces.size());
   const double n = unknowns + 6, newton = units::kRow * rows + units::kProduct * n * n * n / 6;
-  return units::kStep + model.settings.substeps * (attempt + sweep + kPasses * (units::kLink * links + solved.looks + newton));
+  return units::kStep + attempt + sweep + kPasses * (units::kLink * links + solved.looks + newton);
 }
 
 std::string DeadlineReport::text() const {

@@ -6,7 +6,7 @@
 ///     e ≈ |y_h - y_{h/2}| / (1 - 2^-p).
 /// p is the scheme's: 1 for the Euler steps, for SDIRK2 with a hand, whose motion its stages do not see, and wherever a
 /// joint has laws of its own (stepping/flow.h); 2 else. The wrench that a
-/// hand gets is one value per substep, held: of order 1 under every scheme.
+/// hand gets is one value per step, held: of order 1 under every scheme.
 ///
 /// The error of the model itself (foundation, tessellation, material) is not in it. Where a contact begins or ends inside
 /// the window the order is lost for that window, and the number tells the size only.

@@ -65,7 +65,6 @@ RestingDepths restingDepths(const WorldDef& def, int steps, double at_rest, Sett
   WorldDef quiet = def;
   quiet.settings.attempts = Attempts::kImplicitEuler;
   quiet.settings.comparator = nullptr;
-  quiet.settings.substeps = 1;
   quiet.settings.step = kSettleStep;
   quiet.settings.energy_ledger = false;
   quiet.settings.history_steps = 0;

@@ -4,12 +4,11 @@
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"
 #include "haptic_core/world/state.h"
-#include "haptic_core/world/step_parts.h"
 #include "haptic_core/world/work.h"
 
 namespace haptic::stepping {
 
-/// (in realtime) Advances by `part`.
-void advance(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
+/// (in realtime) Advances by h [s]; hands have their goals.
+void advance(const Model& model, double h, State& state, Work& work, Report& report) noexcept;
 
 }  // namespace haptic::stepping

@@ -36,12 +36,6 @@ std::vector<int> firstByTree(const Model& model, std::size_t count, LinkOf&& lin
   return first;
 }
 
-/// Whether gravity alone moves the link so far in a step that it is looked at within the step (step_parts.cpp).
-bool isThin(const Model& model, const MotionLimit& limit) noexcept {
-  const double h = model.settings.step, fall = 0.5 * h * model.settings.gravity.norm();
-  return 2 * h * h * fall * fall > limit.way2;
-}
-
 /// Adds what ascends to what ascends.
 void merge(const std::vector<int>& added, std::vector<int>& list) noexcept {
   std::size_t from = list.size(), next = added.size();
@@ -65,7 +59,6 @@ Asleep::Asleep(const Model& model) : sleeper_(model.trees.size()), island_(model
   const auto first = [&](std::size_t count, auto&& linkOf) { return firstByTree(model, count, linkOf); };
   first_shape_ = first(model.shapes.size(), [&](std::size_t i) { return model.shapes[i].link; });
   first_slot_ = first(model.moving_shapes.size(), [&](std::size_t i) { return model.shapes[model.moving_shapes[i]].link; });
-  first_limit_ = first(model.motion_limits.size(), [&](std::size_t i) { return model.motion_limits[i].link; });
   islands_.reserve(model.trees.size());
   tired_.reserve(2 * model.trees.size());
   woken_.reserve(model.trees.size());
@@ -106,16 +99,9 @@ void Asleep::note(const Island& island) noexcept {
   tired_.insert(tired_.end(), island.trees, island.trees + island.tree_count);
 }
 
-/// It still stands, and nothing on it is so thin that steps are cut for it.
-bool Asleep::mayFall(const Model& model, const int* trees, int count, const Work& work) const noexcept {
-  for (int n = 0; n < count; ++n) {
-    const int t = trees[n];
-    if (!work.standing.holds(t)) return false;
-    for (int i = first_limit_[t]; i < first_limit_[t + 1]; ++i) {
-      if (isThin(model, model.motion_limits[i])) return false;
-    }
-  }
-  return true;
+/// It still stands.
+bool mayFall(const int* trees, int count, const StandingIslands& standing) noexcept {
+  return std::all_of(trees, trees + count, [&](int t) { return standing.holds(t); });
 }
 
 void Asleep::close(const Model& model, State& state, Work& work, Report& report) noexcept {
@@ -133,7 +119,7 @@ void Asleep::close(const Model& model, State& state, Work& work, Report& report)
 void Asleep::placeWaiting(const Model& model, int tree, const State& state, Work& work) noexcept {
   merged_.clear();
   for (int s = first_shape_[tree]; s < first_shape_[tree + 1]; ++s) merged_.push_back(s);
-  placeShapes(model, model.settings.step, merged_, state, work.placement);
+  placeShapes(model, model.settings.step, merged_, state, work.hands, work.placement);
 }
 
 void Asleep::fall(const Model& model, State& state, Work& work, Report& report) noexcept {
@@ -141,7 +127,7 @@ void Asleep::fall(const Model& model, State& state, Work& work, Report& report) 
   for (std::size_t at = 0; at < tired_.size(); at += 1 + static_cast<std::size_t>(tired_[at])) {
     const int* trees = &tired_[at + 1];
     const int count = tired_[at];
-    if (!mayFall(model, trees, count, work)) continue;
+    if (!mayFall(trees, count, work.standing)) continue;
     any = true;
     const StandingIslands::Standing& stood = work.standing.of(trees[0]);
     const bool waits = state.turn[trees[0]] != 0;
@@ -211,7 +197,6 @@ void Asleep::visit(const Model& model, Work& work) noexcept {
   drop(visits.trees, sleeps);
   drop(visits.shapes, [&](int s) { return sleeps(model.treeOf(s)); });
   drop(visits.moving, [&](int i) { return sleeps(model.treeOf(model.moving_shapes[i])); });
-  drop(visits.limits, [&](int i) { return sleeps(model.links[model.motion_limits[i].link].articulation); });
   work.search.boxes.select(visits.moving);
   work.hands.movers.clear();
   for (const int t : visits.trees) {
@@ -235,7 +220,7 @@ void Asleep::wakeNear(const Model& model, double h, State& state, Work& work) no
   }
   if (marked_ == 0) return;
   wakeMarked(model, state, work, work.standing.contacts(), true);
-  placeShapes(model, h, work.visits.shapes, state, work.placement);
+  placeShapes(model, h, work.visits.shapes, state, work.hands, work.placement);
 }
 
 void Asleep::wakeActed(const Model& model, State& state, Work& work) noexcept {
@@ -282,7 +267,6 @@ void Asleep::wakeMarked(const Model& model, State& state, Work& work, LoadedVect
   const auto all = [](int) { return true; };
   ofTrees(first_shape_, [&](int s) { return model.links[model.shapes[s].link].moves; }, visits.shapes);
   ofTrees(first_slot_, all, visits.moving);
-  ofTrees(first_limit_, all, visits.limits);
   for (const int t : woken_) {
     sleeper_[t] = Sleeper{};
     for (int i = first_slot_[t]; i < first_slot_[t + 1]; ++i) boxes_.clear(i);
@@ -292,7 +276,7 @@ void Asleep::wakeMarked(const Model& model, State& state, Work& work, LoadedVect
 }
 
 void lookForPairs(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept {
-  placeShapes(model, h, work.visits.shapes, state, work.placement);
+  placeShapes(model, h, work.visits.shapes, state, work.hands, work.placement);
   work.asleep.wakeNear(model, h, state, work);
   findPairs(model, work.visits, work.placement, work.asleep.pairs(), state, work.search, report);
 }

@@ -7,7 +7,7 @@
 /// to take it back costs as much as its pairs and the awake islands.
 ///
 /// This is bookkeeping alone: an island that is taken back stands as if it had never been laid aside, so it may be taken back at any
-/// time, and is when boxes touch, a hand has a target, a step is cut into parts, or a caller takes the whole state. A step
+/// time, and is when boxes touch, a hand has a target, or a caller takes the whole state. A step
 /// computes the same, bit for bit. Worlds of few pairs, which are tested one by one, lay nothing aside, nor do those with sensors.
 #pragma once
 #include <cstdint>
@@ -75,7 +75,6 @@ class Asleep {
     bool wakes = false, waits = false;
   };
   void fall(const Model& model, State& state, Work& work, Report& report) noexcept;
-  bool mayFall(const Model& model, const int* trees, int count, const Work& work) const noexcept;
   void placeWaiting(const Model& model, int tree, const State& state, Work& work) noexcept;
   void leaveReport(Work& work, LoadedVector<ContactReport>& contacts) noexcept;
   void mark(int tree) noexcept;
@@ -84,7 +83,7 @@ class Asleep {
   void takeContacts(Work& work, LoadedVector<ContactReport>& contacts, bool within) noexcept;
   void visit(const Model& model, Work& work) noexcept;
 
-  std::vector<int> first_shape_, first_slot_, first_limit_;  ///< by tree, with the end of the last
+  std::vector<int> first_shape_, first_slot_;  ///< by tree, with the end of the last
   std::vector<Sleeper> sleeper_;                              ///< by tree
   std::vector<SleepingIsland> island_;                        ///< by tree
   std::vector<int> islands_;                                  ///< that sleep, in the order of their contacts

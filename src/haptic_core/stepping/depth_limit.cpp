@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "haptic_core/world/step_parts.h"
+#include "haptic_core/stepping/span.h"
 
 namespace haptic {
 
@@ -10,7 +10,7 @@ DepthLimit::DepthLimit(const Model& model, const FrozenProblem& problem, const S
     : model_(model), problem_(problem), contacts_(contacts), X_last_(model.shapes.size()) {}
 
 double DepthLimit::mostDepth(const ActivePair& pair) const noexcept {
-  return kShareOfWidth * std::min(model_.shapes[pair.shapeA()].width, model_.shapes[pair.shapeB()].width);
+  return stepping::kShareOfWidth * std::min(model_.shapes[pair.shapeA()].width, model_.shapes[pair.shapeB()].width);
 }
 
 /// Bound of the way that the pair's shapes go towards one another [m].
@@ -60,7 +60,7 @@ double DepthLimit::share(const Island& island, const State& state, const Pose* X
     const ShapeMotion a = motion(pair.shapeA(), X_WS[pair.shapeA()]), b = motion(pair.shapeB(), X_WS[pair.shapeB()]);
     if ((a.V_W.linear - b.V_W.linear).norm() + a.V_W.angular.norm() * a.reach + b.V_W.angular.norm() * b.reach <= depth) continue;
     const bool touches = first ? pair.friction.touching != 0 : contacts_.touches(island.pairs[i]);
-    const double clearance = kClearance * std::min(A.width, B.width);
+    const double clearance = stepping::kClearance * std::min(A.width, B.width);
     share = std::min(share, timesOfDepth(*A.shape, a, *B.shape, b, 1, clearance, depth, touches ? &pair.cache.normal : nullptr).deep);
   }
   return share;

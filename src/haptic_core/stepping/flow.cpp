@@ -82,14 +82,14 @@ void keepFlow(const Model& model, int t, double h, const std::vector<double>& v_
   state.mode[t] = TreeMode::kFlowed;
 }
 
-void flowAll(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
-  moveHeld(model, part, state, work.hands, work.placement);
+void flowAll(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
+  moveHeld(model, state, work.hands, work.placement);
   for (const int t : work.visits.trees) {
     const ModelTree& tree = model.trees[t];
     if (work.hands.movesByItself(tree)) {
       std::copy_n(state.v.begin() + tree.v, tree.model->nv(), work.motion.v_start.begin() + tree.v);
-      flow(model, t, part.h, state, work, report.step);
-      keepFlow(model, t, part.h, work.motion.v_start, state);
+      flow(model, t, h, state, work, report.step);
+      keepFlow(model, t, h, work.motion.v_start, state);
     }
     placeTree(tree, state, work.placement);
   }

@@ -7,7 +7,6 @@
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"
 #include "haptic_core/world/state.h"
-#include "haptic_core/world/step_parts.h"
 #include "haptic_core/world/work.h"
 
 namespace haptic::stepping {
@@ -19,6 +18,6 @@ void flow(const Model& model, int tree, double h, State& state, Work& work, Step
 void keepFlow(const Model& model, int tree, double h, const std::vector<double>& v_start, State& state) noexcept;
 
 /// (in realtime) All trees of a world in which nothing can touch or pull (Model::allFlows).
-void flowAll(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
+void flowAll(const Model& model, double h, State& state, Work& work, Report& report) noexcept;
 
 }  // namespace haptic::stepping

@@ -122,7 +122,7 @@ UpToInstant stepToInstant(const Model& model, double s, State& state, ImplicitWo
   }
   const double low = 0, f_low = violationAtStart(state, stage);
   if (f_low >= -kLocated) {
-    slideAtOnce(stage, 1 - step.left / step.length, state, work.books.event);
+    slideAtOnce(stage, 1 - step.beyond(0) / work.books.length, state, work.books.event);
     return {0, kNone};
   }
   const int before = step.used(stage);
@@ -144,7 +144,7 @@ UpToInstant stepToInstant(const Model& model, double s, State& state, ImplicitWo
   std::vector<double>& violation = work.schemes.violation;
   for (const ImplicitContact& c : stage.contacts.all()) violation[c.pair] = violationOf(c, state, stage);
   commit(model, attempt.part, t, state, work);
-  if (turns) changeModes(model, stage, violation, f - 10 * kLocated, (step.length - step.left + t) / step.length, state, work.books.event);
+  if (turns) changeModes(model, stage, violation, f - 10 * kLocated, 1 - step.beyond(t) / work.books.length, state, work.books.event);
   return {t, kNone};
 }
 

@@ -25,11 +25,11 @@ void aimCouplings(const Model& model, const State& state, Work& work) noexcept {
   }
 }
 
-void takeCouplings(const StepPart& part, State& state, Work& work) noexcept {
+void takeCouplings(State& state, Work& work) noexcept {
   for (std::size_t i = 0; i < state.pointers.size(); ++i) {
     const ImplicitCoupling& coupling = work.implicit->stage.forces.couplings[i];
     if (coupling.link < 0) continue;
-    work.hands.wrench[i] += -(meanCoupling(work.implicit->books, static_cast<int>(i)) * part.share);
+    work.hands.wrench[i] += -meanCoupling(work.implicit->books, static_cast<int>(i));
     state.energy.external += work.implicit->books.coupling_work[i];
   }
 }
@@ -64,9 +64,9 @@ double reservedForAll(const Model& model, const State& state, const Work& work) 
 
 }  // namespace
 
-void stepImplicitIslands(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept {
+void stepImplicitIslands(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
   ImplicitWork& implicit = *work.implicit;
-  const bool may_stand = model.settings.leave_out && part.h == model.settings.step;
+  const bool may_stand = model.settings.leave_out;
   bool begun = false;
   report.step.standing = report.step.waiting = 0;
   takeTurns(model, may_stand && model.turn_steps > 1, state, work, report);
@@ -91,15 +91,15 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
     }
     if (!begun) {
       aimCouplings(model, state, work);
-      beginIslands(model, state, work.visits.trees, work.hands, work.contacts.seams, part.h, implicit);
+      beginIslands(model, state, work.visits.trees, work.hands, work.contacts.seams, h, implicit);
     }
     begun = true;
     const int first_contact = report.contacts.size();
     if (work.counted.bounded()) reserved -= reservedFor(model, island, state);
-    const ImplicitReport* solved = solveIsland(model, island, part.h, work.counted.left() - reserved, state, work, report.step);
+    const ImplicitReport* solved = solveIsland(model, island, h, work.counted.left() - reserved, state, work, report.step);
     if (solved && solved->rests && model.settings.energy_ledger) bookRest(model, island, work.placement, state.energy);
     for (int n = 0; n < island.tree_count; ++n) placeTree(model.trees[island.trees[n]], state, work.placement);
-    if (solved) takeContacts(model, part.h, state, work, report);
+    if (solved) takeContacts(model, h, state, work, report);
     takeForces(model, island, work);
     const bool stands = solved && solved->stands && standsAlone(model, island, state);
     if (stands) report.step.standing += island.tree_count;
@@ -113,7 +113,7 @@ void stepImplicitIslands(const Model& model, const StepPart& part, State& state,
   }
   if (!begun) return;
   report.step.closure = std::max(report.step.closure, implicit.stage.joints.closure(work.placement.link.data()));
-  takeCouplings(part, state, work);
+  takeCouplings(state, work);
 }
 
 }  // namespace haptic::stepping

@@ -3,12 +3,11 @@
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"
 #include "haptic_core/world/state.h"
-#include "haptic_core/world/step_parts.h"
 #include "haptic_core/world/work.h"
 
 namespace haptic::stepping {
 
 /// (in realtime) The islands of implicit trees alone, among pairs that were found before; leaves them placed.
-void stepImplicitIslands(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept;
+void stepImplicitIslands(const Model& model, double h, State& state, Work& work, Report& report) noexcept;
 
 }  // namespace haptic::stepping

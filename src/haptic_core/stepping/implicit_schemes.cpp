@@ -252,12 +252,12 @@ bool euler(const Model& model, double h, int passes, Unless unless, State& state
   }
   bool smooth = false;
   stage.base.run = h;
-  const bool converged = solveStage(model, state, h, work.step.left - h, passes, stage, [&] {
+  const bool converged = solveStage(model, state, h, work.step.beyond(h), passes, stage, [&] {
     return !(smooth = unless.smooth && (sameContacts(state, stage) || partsOfImpact(model, state, stage, h) > 1));
   });
   if (smooth || (unless.fails && !converged)) return false;
   work.report.converged &= converged;
-  if (converged && h == work.step.length && staysAtRest(model, state, stage, h)) {
+  if (converged && h == work.books.length && staysAtRest(model, state, stage, h)) {
     stand(model, h, state, work);
     return true;
   }
@@ -286,7 +286,7 @@ Attempt bdf2(const Model& model, State& state, const IslandStep& step, double s,
     stage.v[i] = stage.base.v[i] + g * state.a_end[i];
   });
   stage.base.run = stage.base.since = s;
-  if (!solveSmooth(model, state, step, g, step.left - s, stage)) return {};
+  if (!solveSmooth(model, state, step, g, step.beyond(s), stage)) return {};
   changeSinceLastStep(model, state, stage, g, work.change);
   return judge(model, state, stage, step.length, {g, s, Mean::kOfSteps, 0}, kErrorBdf2, work);
 }
@@ -294,7 +294,7 @@ Attempt bdf2(const Model& model, State& state, const IslandStep& step, double s,
 Attempt sdirk2(const Model& model, State& state, const IslandStep& step, double s, ImplicitStage& stage, SchemeWork& work,
                StepBooks& books) noexcept {
   const Island& island = stage.island;
-  const double g = kGamma * s, rest = (1 - kGamma) * s, left = step.left - s;
+  const double g = kGamma * s, rest = (1 - kGamma) * s, left = step.beyond(s);
   std::vector<double>& first = work.acceleration;
   startFromState(model, state, stage);
   stage.base.run = g;

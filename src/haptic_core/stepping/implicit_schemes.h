@@ -65,13 +65,14 @@ constexpr double kErrorBdf2 = 2.0 / 9, kErrorSdirk2 = 0.0404;
 /// Passes of a stage of second order: smooth motion converges in two.
 constexpr int kSmoothPasses = 2;
 
-/// The step of an island, while attempts divide it into parts.
+/// A span of an island's step, while attempts divide it into parts.
 struct IslandStep {
   ImplicitOrder order = ImplicitOrder::kFirst;  ///< the schemes that it may take
   bool locates = false;           ///< instants of friction inside the step
   bool carried = false;           ///< few pairs, one of which a hand or joints lead: implicit_step.cpp
   double length = 0;              ///< [s]
   double left = 0;                ///< the rest that is not done yet [s]
+  double after = 0;               ///< of the world's step after it, where the island goes in spans [s]
   int budget = 0;                 ///< evaluations that it may take
   int evaluations_before = 0;     ///< the stage's, when it began
 
@@ -87,6 +88,8 @@ struct IslandStep {
   /// Whether an attempt of so many evaluations, over and over with steps of length s to the end, leaves implicit Euler its own.
   bool affords(double evaluations, double s, const ImplicitStage& stage) const noexcept;
   void goOn(double done) noexcept;  ///< `done` [s] of the step are over
+  /// From a part of length s that comes next to the end of the world's step [s].
+  double beyond(double s) const noexcept { return left - s + after; }
 
   static constexpr int kKeepingEnergy = 3, kEulerPasses = 3;  ///< see `room`
 };

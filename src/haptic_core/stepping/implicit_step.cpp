@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "haptic_core/stepping/friction_instants.h"
+#include "haptic_core/stepping/stage_reference.h"
 
 namespace haptic::stepping {
 namespace {
@@ -186,27 +187,31 @@ double evaluationUnits(const Model& model, const Island& island, const State& st
   return units::kLink * links + looks + kNewtonSteps * (units::kRow * rows + units::kProduct * 36 * unknowns);
 }
 
-const ImplicitReport& advanceIsland(const Model& model, const Island& island, double h, ImplicitOrder order, double most, State& state,
-                                    ImplicitWork& work) noexcept {
+void openIsland(double h, double most, ImplicitWork& work) noexcept {
+  work.report = ImplicitReport{};
+  work.books.length = h;
+  work.stage.units = 0;
+  work.stage.most_units = most;
+}
+
+void advanceIsland(const Model& model, const Island& island, double h, double after, ImplicitOrder order, State& state,
+                   ImplicitWork& work) noexcept {
   ImplicitStage& stage = work.stage;
   ImplicitReport& report = work.report;
   IslandStep& step = work.step;
   const int iterations = stage.iterations, evaluations = stage.evaluations, factorisations = stage.factorisations;
-  report = ImplicitReport{};
-  const bool led = !model.forces.empty();  // what hands hold stands at the step's end: the forces before are those of its start
-  if (led) placeHeld(model, state, h, stage.held, stage.places);
+  const bool led = !model.forces.empty();  // what hands hold stands at the step's end: the forces before are those of the span's start
+  if (led) placeHeld(model, state, h + after, stage.held, stage.places);
   select(model, island, stage);
   if (led) placeHeld(model, state, 0, stage.held, stage.places);
-  work.books.length = h;
   work.books.forces_before = stage.forces.power;
   step.order = order;
   step.locates = order != ImplicitOrder::kFirst && mayJump(model, island, state);
   step.carried = order != ImplicitOrder::kFirst && isCarried(model, stage, state);
   step.length = step.left = h;
+  step.after = after;
   step.budget = budgetOf(island, state);
   step.evaluations_before = stage.evaluations;
-  stage.units = 0;
-  stage.most_units = most;
   startFromState(model, state, stage);
   const double speed = stage.speed(state.v);
   const double slow = model.settings.accuracy * std::max(h * model.settings.gravity.norm(), kStandingWay / h);
@@ -217,17 +222,16 @@ const ImplicitReport& advanceIsland(const Model& model, const Island& island, do
   const bool jumps_on =
       second_order && lastStep(island, state) < 0 && euler(model, h, step.eulerPasses(stage), {true, h >= kWorthHalving}, state, work);
   if (second_order && !jumps_on) subSteps(model, state, work);
-  report.fell_back = jumps_on || (second_order && step.left > 0);
+  report.fell_back |= jumps_on || (second_order && step.left > 0);
   if (!jumps_on) eulerToTheEnd(model, state, work);
-  report.iterations = stage.iterations - iterations;
-  report.evaluations = stage.evaluations - evaluations;
-  report.budget_used = static_cast<double>(step.used(stage)) / step.budget;
-  report.factorisations = stage.factorisations - factorisations;
+  report.iterations += stage.iterations - iterations;
+  report.evaluations += stage.evaluations - evaluations;
+  report.budget_used = std::max(report.budget_used, static_cast<double>(step.used(stage)) / step.budget);
+  report.factorisations += stage.factorisations - factorisations;
   report.units = stage.units;
   report.cut = stage.isSpent();
   report.residual = stage.result.error;
   report.wrench_error = stage.result.wrench_error;
-  return report;
 }
 
 }  // namespace haptic::stepping

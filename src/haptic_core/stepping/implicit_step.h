@@ -27,10 +27,14 @@ void beginIslands(const Model& model, State& state, const std::vector<int>& tree
 /// (in realtime) Work of one evaluation of an island with two Newton steps, as far as it can be told before [units].
 double evaluationUnits(const Model& model, const Island& island, const State& state) noexcept;
 
-/// (in realtime) Advances q, v and friction of an island by h [s], and the ledger's sums in the state. Into `work`: its report, contacts
-/// and joints at its end in the stage, mean wrenches and couplings' work in the books. `most`: counted work that the step's budget has
-/// for it [units]; infinite: there is no budget. The fewest evaluations that a step takes are beyond it.
-const ImplicitReport& advanceIsland(const Model& model, const Island& island, double h, ImplicitOrder order, double most, State& state,
-                                    ImplicitWork& work) noexcept;
+/// (in realtime) Before the first span of an island's step of length h [s]. `most`: counted work that the step's budget has for it
+/// [units]; infinite: there is no budget. The fewest evaluations that a span takes are beyond it.
+void openIsland(double h, double most, ImplicitWork& work) noexcept;
+
+/// (in realtime) Advances q, v and friction of an island by a span of h [s], `after` which so much is left of its step [s], and the
+/// ledger's sums in the state. Into `work`: its report, contacts and joints at the span's end in the stage, impulses and couplings' work of
+/// all spans in the books.
+void advanceIsland(const Model& model, const Island& island, double h, double after, ImplicitOrder order, State& state,
+                   ImplicitWork& work) noexcept;
 
 }  // namespace haptic::stepping

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "haptic_core/stepping/flow.h"
+#include "haptic_core/stepping/span.h"
 #include "haptic_core/stepping/standing_islands.h"
 #include "haptic_core/world/link_forces.h"
 
@@ -119,14 +120,21 @@ void takeMean(const Wrench& mean, Work& work, ContactReport& contact) noexcept {
   }
 }
 
-}  // namespace
+/// Before another span: trees and their shapes where they are.
+void placeAgain(const Model& model, const Island& island, const State& state, Work& work) noexcept {
+  StagePlaces& places = work.implicit->stage.places;
+  for (int n = 0; n < island.tree_count; ++n) {
+    const int t = island.trees[n];
+    const ModelTree& tree = model.trees[t];
+    placeTree(tree, state, work.placement);
+    std::copy_n(state.q.begin() + tree.q, tree.model->nq(), places.q.begin() + tree.q);
+    placeInStage(model, t, state.v, places);
+  }
+}
 
-const ImplicitReport* solveIsland(const Model& model, const Island& island, double h, double most, State& state, Work& work,
-                                  StepReport& report) noexcept {
-  meet(model, island, state, work);
-  if (flows(model, island, h, state, work, report)) return nullptr;
-  for (int n = 0; n < island.tree_count; ++n) state.mode[island.trees[n]] = TreeMode::kImplicit;
-  const ImplicitReport& solved = advanceIsland(model, island, h, orderOf(model.settings.attempts), most, state, *work.implicit);
+/// The island's report goes into the step's.
+void tell(const Model& model, const Island& island, const ImplicitReport& solved, const State& state, Work& work,
+          StepReport& report) noexcept {
   if (!solved.stands) work.counted.done += solved.units;
   work.counted.gave_way |= solved.cut && !solved.stands;
   report.iterations = std::max(report.iterations, solved.iterations);
@@ -142,7 +150,38 @@ const ImplicitReport* solveIsland(const Model& model, const Island& island, doub
   work.position_error = std::max(work.position_error, solved.position_error);
   if (!solved.converged) report.flags |= kNotConverged;
   if (!solved.joints_converged) report.flags |= kJointsNotConverged;
-  return &solved;
+}
+
+}  // namespace
+
+const ImplicitReport* solveIsland(const Model& model, const Island& island, double h, double most, State& state, Work& work,
+                                  StepReport& report) noexcept {
+  ImplicitWork& implicit = *work.implicit;
+  meet(model, island, state, work);
+  openIsland(h, most, implicit);
+  bool solves = false;
+  int spans = 0;
+  for (double left = h; left > 0;) {
+    if (left < h) placeAgain(model, island, state, work);
+    const bool last = ++spans == kMostSpans || work.counted.spent();
+    double span = safeSpan(model, island, left, h, state, work);
+    if (last && span < left) {
+      report.flags |= kTooFast;
+      span = left;
+    }
+    const double after = span < left ? left - span : 0;
+    if (!flows(model, island, span, state, work, report)) {
+      solves = true;
+      advanceIsland(model, island, span, after, orderOf(model.settings.attempts), state, implicit);
+    } else if (solves) {
+      implicit.stage.contacts.select(island);  // nothing touches
+    }
+    left = after;
+  }
+  if (!solves) return nullptr;
+  for (int n = 0; n < island.tree_count; ++n) state.mode[island.trees[n]] = TreeMode::kImplicit;
+  tell(model, island, implicit.report, state, work, report);
+  return &implicit.report;
 }
 
 void bookRest(const Model& model, const Island& island, const Placement& placement, EnergySums& energy) noexcept {

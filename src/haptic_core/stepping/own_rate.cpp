@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "haptic_core/stepping/span.h"
 #include "haptic_core/stepping/standing_islands.h"
 #include "haptic_core/world/applied_wrench.h"
-#include "haptic_core/world/step_parts.h"
 
 namespace haptic::stepping {
 namespace {

@@ -150,7 +150,7 @@ CarryOver carryOverOf(const Model& from, const Model& to, const std::vector<int>
   CarryOver map;
   map.from = &from;
   const WorldSettings &was = from.settings, &is = to.settings;
-  if (is.step != was.step || is.substeps != was.substeps || to.pointers.size() != from.pointers.size()) {
+  if (is.step != was.step || to.pointers.size() != from.pointers.size()) {
     throw SetupError(to.name, "has another step or other pointers than the world that runs", "change bodies alone");
   }
   map.link.assign(from.links.size(), -1);

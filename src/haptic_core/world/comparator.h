@@ -6,7 +6,6 @@ namespace haptic {
 
 class Model;
 struct State;
-struct StepPart;
 struct Work;
 struct Report;
 
@@ -14,8 +13,8 @@ struct Report;
 class Comparator {
  public:
   virtual ~Comparator() = default;
-  /// (in realtime) Over a part of a step: hands, placement, pairs, contacts, motion, and `Report::contacts`.
-  virtual void advance(const Model& model, const StepPart& part, State& state, Work& work, Report& report) noexcept = 0;
+  /// (in realtime) Over a step of length h [s]: hands, placement, pairs, contacts, motion, and `Report::contacts`.
+  virtual void advance(const Model& model, double h, State& state, Work& work, Report& report) noexcept = 0;
 };
 
 }  // namespace haptic

@@ -192,7 +192,6 @@ using MakeComparator = std::unique_ptr<Comparator> (*)(const Model& model);
 /// Step, gravity and methods of a world.
 struct WorldSettings {
   double step = 1e-3;                       ///< h [s], fixed; 0 < h ≤ 0.1
-  int substeps = 1;                         ///< world steps of h/substeps per call; ≥ 1
   Vector3 gravity = Vector3(0, 0, -9.8);    ///< [m/s²] in W
   PressureLaw pressure_law = PressureLaw::kHuntCrossley;  ///< which damper the normal pressure has
   /// Where an implicit solve ends, as a share of the step's own error (stage_passes.h). 0: at rounding, for references.
@@ -216,7 +215,7 @@ struct WorldSettings {
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     // Neither the history nor leaving out changes a bit, and no file knows a comparator.
-    visit(s.step), visit(s.substeps), visit(s.gravity), visit(s.attempts), visit(s.pressure_law), visit(s.torsional_friction);
+    visit(s.step), visit(s.gravity), visit(s.attempts), visit(s.pressure_law), visit(s.torsional_friction);
     visit(s.energy_ledger), visit(s.default_material), visit(s.tolerance), visit(s.accuracy), visit(s.far_step);
   }
 };

@@ -73,7 +73,7 @@ struct HandBound : PointerBound {
   Matrix3 met_W = Matrix3::Zero();                             ///< M as the last step left it [N/m]
 };
 
-/// (in realtime) Before each substep and each piece of one: M of the pointers that have a bound; virtual couplings as they hold.
+/// (in realtime) Before each step: M of the pointers that have a bound; virtual couplings as they hold.
 void boundHands(const Model& model, const State& state, const Placement& placement, HandWork& hands) noexcept;
 
 /// (in realtime) The law of a pointer's contact, its memory that of the last step, shape A turned by R_WA, P at `arm_W` [m] from the

@@ -36,7 +36,7 @@ void refreshHands(const Model& model, const State& state, HandWork& hands) noexc
   for (std::size_t i = 0; i < state.pointers.size(); ++i) {
     const int pointer = static_cast<int>(i), link = state.pointers[i].link;
     if (link < 0) continue;
-    hands.own_coupling[i] = resolved(model.tuning.coupling[i], model.loadOf(link), model.substep(),
+    hands.own_coupling[i] = resolved(model.tuning.coupling[i], model.loadOf(link), model.settings.step,
                                      link != model.pointerHome(pointer));
     hands.coupling[i] = hands.own_coupling[i];
     if (model.holds(pointer)) hands.held_by[link] = pointer;
@@ -121,42 +121,31 @@ HeldGoal goalAt(const Model& model, int lead, double time, const State& state) n
   return goal;
 }
 
-/// `share` of the way from where the link is to its goal.
-void moveLed(const Model& model, int link, const HeldGoal& goal, double share, Twist& moved, State& state, Placement& placement) noexcept {
+void moveLed(const Model& model, int link, const HeldGoal& goal, Twist& moved, State& state, Placement& placement) noexcept {
   const Vector3 p_before = placement.link[link].X_WL.p;
   const ModelTree& tree = model.trees[model.links[link].articulation];
   double* q = state.q.data() + tree.q;
   double* v = state.v.data() + tree.v;
   const Quaternion from(q[3], q[4], q[5], q[6]);
-  const Vector3 turn = share * vectorFromRotation(goal.q_WL * from.conjugate());
+  const Vector3 turn = vectorFromRotation(goal.q_WL * from.conjugate());
   const Quaternion to = (rotationFromVector(turn) * from).normalized();
-  const Vector3 p_WL = p_before + share * (goal.p_WL - p_before);
-  moved = {turn, p_WL - p_before};
-  putFree(tree.model->link(0).p_LO, p_WL, to, goal.V_WL, q, v);
+  moved = {turn, goal.p_WL - p_before};
+  putFree(tree.model->link(0).p_LO, goal.p_WL, to, goal.V_WL, q, v);
   state.last_step[model.links[link].articulation] = 0;  // once let go it begins anew
   placeTree(tree, state, placement);
 }
 
 }  // namespace
 
-void aimMotions(const Model& model, int substep, const State& state, HandWork& hands) noexcept {
+void aimMotions(const Model& model, double h, const State& state, HandWork& hands) noexcept {
   for (int lead = static_cast<int>(model.pointers.size()); lead < model.leads(); ++lead) {
-    hands.goal[lead] = goalAt(model, lead, state.time + (substep + 1) * model.substep(), state);
+    hands.goal[lead] = goalAt(model, lead, state.time + h, state);
   }
 }
 
-void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& hands, Placement& placement) noexcept {
+void moveHeld(const Model& model, State& state, HandWork& hands, Placement& placement) noexcept {
   for (const int i : hands.acting) hands.moved[i] = {};
-  const int pointers = static_cast<int>(model.pointers.size());
-  const double end = state.time + (part.substep + 1) * model.substep() - part.left;
-  for (const int lead : hands.leading) {
-    const int link = ledLink(model, state, lead);
-    if (lead < pointers) {
-      moveLed(model, link, hands.goal[lead], part.progress, hands.moved[lead], state, placement);
-    } else {
-      moveLed(model, link, goalAt(model, lead, end, state), 1, hands.moved[lead], state, placement);
-    }
-  }
+  for (const int lead : hands.leading) moveLed(model, ledLink(model, state, lead), hands.goal[lead], hands.moved[lead], state, placement);
 }
 
 CouplingMatrices matricesOf(const PointerCoupling& c, const Matrix3& R_WP, const Matrix3& R_WT) noexcept {
@@ -176,15 +165,14 @@ Wrench couplingForce(const PointerCoupling& c, const Pose& X_LP, const HeldGoal&
           m.stiffness * (T.p_WL + p_TP - X_WP.p) + m.damping * (V_WT.linear - V.linear)};
 }
 
-void collectHeld(const Model& model, const StepPart& part, State& state, HandWork& hands,
-                 const Placement& placement) noexcept {
+void collectHeld(const Model& model, State& state, HandWork& hands, const Placement& placement) noexcept {
   for (const int i : hands.acting) {
     if (!model.holds(i)) continue;
     const int held = state.pointers[i].link;
     const LinkWork& link = placement.link[held];
     const Wrench F_W = link.F_ext.shifted(link.X_WL.p - link.p_WO);
     if (!model.settings.energy_ledger) state.energy.external -= power(F_W, hands.moved[i]);
-    hands.wrench[i] += F_W.shifted(link.X_WL.R * model.pointerFrame(i, held).p) * part.share;
+    hands.wrench[i] += F_W.shifted(link.X_WL.R * model.pointerFrame(i, held).p);
   }
   if (model.settings.energy_ledger) return;
   for (int lead = static_cast<int>(model.pointers.size()); lead < model.leads(); ++lead) {
@@ -193,11 +181,11 @@ void collectHeld(const Model& model, const StepPart& part, State& state, HandWor
   }
 }
 
-void reportToHands(const Model& model, const StepReport& report, HandWork& hands, State& state) noexcept {
+void reportToHands(const StepReport& report, HandWork& hands, State& state) noexcept {
   for (const int i : hands.acting) {
     PointerState& pointer = state.pointers[i];
     const Vector3 before = pointer.F_W.force;
-    pointer.F_W = report.finite ? hands.wrench[i] * (1.0 / model.settings.substeps) : Wrench{};
+    pointer.F_W = report.finite ? hands.wrench[i] : Wrench{};
     // The mean of a force that goes from one value to another, taken at one of its ends; and the wrench that a solve left out of balance.
     hands.force_error[i] = 0.5 * (pointer.F_W.force - before).norm() + report.wrench_error;
   }

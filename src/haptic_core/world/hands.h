@@ -9,8 +9,8 @@
 #include "haptic_core/world/held_proxy.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/placement.h"
+#include "haptic_core/world/report.h"
 #include "haptic_core/world/state.h"
-#include "haptic_core/world/step_parts.h"
 
 namespace haptic {
 
@@ -39,10 +39,10 @@ struct HandWork {
   std::vector<PointerCoupling> coupling;  ///< by pointer: `own_coupling`, or less where the hand bears less
   std::vector<int> leading;     ///< leads that move their link in it; ascending
   std::vector<HeldGoal> goal;   ///< by lead: where a held link goes, the target or less far (held_proxy.h)
-  std::vector<Twist> moved;     ///< by lead: displacement of a held link in this part [rad], [m]
+  std::vector<Twist> moved;     ///< by lead: displacement of a held link in this step [rad], [m]
   /// By pointer: the step's estimate of the error of its hand's force, as a mean over the step [N].
   std::vector<double> force_error;
-  std::vector<Wrench> wrench;   ///< by pointer: of the world on the hand, summed over the parts by their shares
+  std::vector<Wrench> wrench;   ///< by pointer: of the world on the hand, mean over the step
 
   ProxyWork proxy;              ///< of `aimHeld`
 
@@ -72,11 +72,11 @@ void findActing(const Model& model, State& state, HandWork& hands) noexcept;
 /// (in realtime) Where the hand wants the pointer's frame at the end of the next step. Numbers that are not finite are ignored.
 void aim(PointerState& pointer, const Pose& X_WP, const Twist& V_WP) noexcept;
 
-/// (in realtime) Where motions are at the end of a substep becomes their goals.
-void aimMotions(const Model& model, int substep, const State& state, HandWork& hands) noexcept;
+/// (in realtime) Where motions are after a step of length h [s] becomes their goals.
+void aimMotions(const Model& model, double h, const State& state, HandWork& hands) noexcept;
 
-/// (in realtime) Held links go the part's share of the way to their goals; those on motions where these are at its end.
-void moveHeld(const Model& model, const StepPart& part, State& state, HandWork& hands, Placement& placement) noexcept;
+/// (in realtime) Held links go to their goals.
+void moveHeld(const Model& model, State& state, HandWork& hands, Placement& placement) noexcept;
 
 /// Stiffness and damping of a virtual coupling, in W.
 struct CouplingMatrices {
@@ -91,10 +91,9 @@ Wrench couplingForce(const PointerCoupling& coupling, const Pose& X_LP, const He
 
 /// (in realtime) Wrenches on a held link go to its hand. Each contact books the hand's supply (ledger.h); without a ledger
 /// it is estimated here, so that pushed bodies are not taken for a runaway.
-void collectHeld(const Model& model, const StepPart& part, State& state, HandWork& hands,
-                 const Placement& placement) noexcept;
+void collectHeld(const Model& model, State& state, HandWork& hands, const Placement& placement) noexcept;
 
 /// (in realtime) The mean wrench over the step on each hand; zero when the world has stopped.
-void reportToHands(const Model& model, const StepReport& report, HandWork& hands, State& state) noexcept;
+void reportToHands(const StepReport& report, HandWork& hands, State& state) noexcept;
 
 }  // namespace haptic

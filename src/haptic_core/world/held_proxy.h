@@ -23,7 +23,7 @@
 /// that is the point nearest to the target: where the contact's stiffness is at most K, the force changes by at most K times the hand's
 /// way.
 /// ρ is ten times the link's reach: it keeps the hand's orientation unless two contacts hold it against one another.
-/// What dampers and friction add within one substep, before the next rows know it, Hand bounds (loop/hand.cpp).
+/// What dampers and friction add within one step, before the next rows know it, Hand bounds (loop/hand.cpp).
 ///
 /// A virtual coupling pulls its link from the target itself, up to the hand's force F: a spring of the potential K e²/2 for K e ≤ F and
 /// F (e - F/2K) beyond, e the way from the link to the target, and likewise of turns. It takes nothing from the contacts and follows

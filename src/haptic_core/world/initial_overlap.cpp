@@ -45,7 +45,7 @@ void refuseStaticOverlaps(const Model& model, Work& work) {
 void findBuried(const Model& model, int tree, State& state, Work& work) {
   if (model.possible_pairs == 0) return;
   StepReport ignored;
-  placeShapes(model, 0, work.visits.shapes, state, work.placement);
+  placeShapes(model, 0, work.visits.shapes, state, work.hands, work.placement);
   findPairs(model, work.visits, work.placement, 0, state, work.search, ignored);
   for (int i = 0; i < state.pair_count; ++i) {
     ActivePair& pair = state.pairs[i];

@@ -10,7 +10,6 @@
 #include "haptic_core/base/symmetric_matrix.h"
 #include "haptic_core/dynamics/kinematics.h"
 #include "haptic_core/geometry/pairs/internal_faces.h"
-#include "haptic_core/world/step_parts.h"
 
 namespace haptic {
 namespace {
@@ -70,10 +69,10 @@ Model::Model(const WorldDef& def) : name(def.name), settings(def.settings), poin
   countPairs();
   chooseVisits();
   const bool may_wait = settings.leave_out && implicit_steps && listed_pairs.empty() && !pointers.empty() && def.sensors.empty();
-  if (may_wait && has_contacts && settings.substeps == 1) {
+  if (may_wait && has_contacts) {
     turn_steps = std::max(1, static_cast<int>(std::lround(settings.far_step / settings.step)));
   }
-  limitMotions();
+  measureWidths();
 }
 
 void Model::checkPointers(const WorldDef& def) const {
@@ -99,7 +98,6 @@ void Model::checkSettings() const {
   if (s.history_steps < 0 || s.history_steps > 100000) {
     throw SetupError(name, "history_steps is " + std::to_string(s.history_steps), "give 0 to 100000");
   }
-  if (s.substeps < 1) throw SetupError(name, "substeps is " + std::to_string(s.substeps), "give at least 1");
   if (!(s.far_step >= 0 && s.far_step <= kMostTurnSteps * s.step * (1 + 1e-9))) {
     throw SetupError(name, "far_step is " + number(s.far_step) + " s",
                      "give at most " + std::to_string(kMostTurnSteps) + " steps, " + number(kMostTurnSteps * s.step) + " s, or 0");
@@ -343,7 +341,7 @@ void Model::chooseVisits() {
   }
 }
 
-void Model::limitMotions() {
+void Model::measureWidths() {
   least_width.assign(links.size(), std::numeric_limits<double>::infinity());
   own_width = least_width;
   const int n = static_cast<int>(shapes.size());
@@ -357,11 +355,6 @@ void Model::limitMotions() {
       const double width = std::min(shapes[a].width, shapes[b].width);
       for (int s : {a, b}) least_width[shapes[s].link] = std::min(least_width[shapes[s].link], width);
     }
-  }
-  for (int l = 0; l < static_cast<int>(links.size()); ++l) {
-    if (!links[l].moves || std::isinf(least_width[l])) continue;
-    const double way = kShareOfWidth * least_width[l];
-    motion_limits.push_back({l, way * way, links[l].size * links[l].size});
   }
 }
 
@@ -411,8 +404,8 @@ std::string Model::text() const {
   std::ostringstream out;
   const long all = static_cast<long>(shapes.size()) * (static_cast<long>(shapes.size()) - 1) / 2;
   out << "plan of " << name << "\n  " << links.size() << " links in " << trees.size() << " trees, " << nv
-      << " degrees of freedom, " << shapes.size() << " convex shapes\n  step " << settings.step * 1e3 << " ms, "
-      << settings.substeps << " substep(s)\n  pairs: " << possible_pairs << " of " << all
+      << " degrees of freedom, " << shapes.size() << " convex shapes\n  step " << settings.step * 1e3
+      << " ms\n  pairs: " << possible_pairs << " of " << all
       << " can touch; the others are fixed both, on one link, neighbours or filtered\n";
   const auto stage = [&](bool present, const std::string& name, const std::string& reason) {
     out << "  " << (present ? "runs     " : "left out ") << name << (present ? "" : ": ") << (present ? "" : reason)
@@ -432,7 +425,7 @@ std::string Model::text() const {
   const std::string of_turns = turn_steps > 1 ? ", of " + std::to_string(turn_steps) + " steps" : "";
   if (settings.far_step > 0) {
     stage(turn_steps > 1, "turns of islands far from the hands" + of_turns,
-          "a world with a hand, many bodies, no sensors and no substeps, and a step shorter than far_step and 2 ms has them");
+          "a world with a hand, many bodies, and no sensors, and a step shorter than far_step and 2 ms has them");
   }
   stage(settings.energy_ledger, "energy ledger", "switched off");
   if (!settings.leave_out) {

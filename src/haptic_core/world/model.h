@@ -74,12 +74,6 @@ struct ModelForce {
   double parameter[kMostForceParameters] = {};           ///< by index, in the kind's units
 };
 
-/// A link that moves, and the way that it may go in a step before contacts have to be looked at within it (step_parts.h).
-struct MotionLimit {
-  int link = 0;                     ///< world link index
-  double way2 = 0, lever2 = 0;      ///< squares: way that needs no sweep, reach of its shapes from its centre of mass [m²]
-};
-
 /// Most steps that an island may be left for, WorldSettings::far_step over h: 10 ms at 10 kHz.
 inline constexpr int kMostTurnSteps = 100;
 /// Length from which on a part of an island's step that does not converge is done in halves [s]. A step may work as long as the time that
@@ -143,8 +137,6 @@ class Model {
   Pose pointerFrame(int pointer, int link) const { return link == pointerHome(pointer) ? pointers[pointer].X_LP : Pose(); }
   /// The mass and inertia that a virtual coupling would have to move there.
   CouplingLoad loadOf(int link) const { return {links[link].mass, links[link].least_inertia}; }
-  /// Length of a substep [s].
-  double substep() const { return substep_; }
 
   std::string text() const;         ///< for people: sizes, stages, those left out and why
 
@@ -173,7 +165,6 @@ class Model {
   std::vector<double> least_width;  ///< by link: of its shapes and all that they may meet [m]; infinite: meets nothing
   std::vector<double> own_width;    ///< by link that moves: of its shapes alone [m]; infinite: it has none
   double fixed_width = std::numeric_limits<double>::infinity();  ///< of the shapes that never move [m]
-  std::vector<MotionLimit> motion_limits;  ///< of the links that move and may meet something
   /// What there is in this world at all.
   bool has_contacts = false, has_joints = false, has_friction = false;
 
@@ -206,7 +197,7 @@ class Model {
   int fixedNeighbours() const;
   int fixedWithin(double width) const;
   void chooseVisits();
-  void limitMotions();
+  void measureWidths();
   void checkSettings() const;
 
   void addMotions(const WorldDef& def);
@@ -218,7 +209,6 @@ class Model {
   std::vector<std::uint64_t> neighbours_;     ///< shape pairs, sorted
   std::vector<int> first_link_, link_count_;  ///< by articulation of the definition
   std::vector<Pose> X_WF_;                    ///< of `fixed_shapes`
-  double substep_ = settings.step / settings.substeps;
 };
 
 }  // namespace haptic

@@ -26,13 +26,15 @@ BroadPhase makeBroadPhase(const Model& model) {
 
 /// How far a shape may come in h [m]: twice the way at today's speed and gravity. The speed that a
 /// collision adds is within it.
-double margin(const Model& model, const State& state, const Placement& placement, int shape, double h) {
+double margin(const Model& model, const State& state, const HandWork& hands, const Placement& placement, int shape, double h) {
   const int l = model.shapes[shape].link;
   const ModelLink& link = model.links[l];
   if (!(h > 0) || !link.moves) return 0;
   const LinkWork& work = placement.link[l];
+  const int lead = hands.held_by[l];
+  const double way = lead >= 0 ? hands.moved[lead].linear.norm() + hands.moved[lead].angular.norm() * (link.size + work.p_OC.norm()) : 0;
   h = stepping::foreseen(model, state, link.articulation, h);
-  return 2 * h * (work.velocity.norm() + work.omega.norm() * link.size + h * model.settings.gravity.norm());
+  return way + 2 * h * (work.velocity.norm() + work.omega.norm() * link.size + h * model.settings.gravity.norm());
 }
 
 /// Bounds of a box as numbers in a row: its three lower ones, then its three upper ones.
@@ -116,9 +118,10 @@ bool sweepBoxes(const Model& model, const Visits& visits, const Placement& place
   return search.boxes.update(search.moving.data()) && complete;
 }
 
-void placeShapes(const Model& model, double h, const std::vector<int>& shapes, const State& state, Placement& placement) noexcept {
+void placeShapes(const Model& model, double h, const std::vector<int>& shapes, const State& state, const HandWork& hands,
+                 Placement& placement) noexcept {
   if (!model.searches_pairs) return;
-  for (const int s : shapes) placeShape(model, s, margin(model, state, placement, s, h), placement);
+  for (const int s : shapes) placeShape(model, s, margin(model, state, hands, placement, s, h), placement);
 }
 
 void findPairs(const Model& model, const Visits& visits, const Placement& placement, int asleep, State& state, SearchWork& search,

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "haptic_core/geometry/search/broad_phase.h"
+#include "haptic_core/world/hands.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/placement.h"
 #include "haptic_core/world/report.h"
@@ -52,8 +53,9 @@ void eachOverlap(const Model& model, const SearchWork& search, Visit&& visit) no
 }
 
 /// (in realtime) Poses and boxes of these shapes. With h > 0 boxes of implicitly stepped trees, which have yet to move, are widened by
-/// how far they may come in that time [s].
-void placeShapes(const Model& model, double h, const std::vector<int>& shapes, const State& state, Placement& placement) noexcept;
+/// how far they may come in that time [s], and those of held links by the way that they went.
+void placeShapes(const Model& model, double h, const std::vector<int>& shapes, const State& state, const HandWork& hands,
+                 Placement& placement) noexcept;
 
 /// (in realtime) The pairs whose boxes overlap, of the shapes that are visited, in the order of their keys; a pair's memory comes
 /// along from the last search. Sets kPairsDropped when there are more than the state has room for beside `asleep` pairs that are kept

@@ -36,7 +36,7 @@ StepShares sharesOf(const Model& model, int link, const LinkWrench& wrench, cons
   const LinkModel& its = tree.link(named.local);
   double mass = 0;
   for (int i = 0; i < tree.linkCount(); ++i) mass += tree.link(i).mass;
-  const double least = kOfTree * mass, h = model.settings.step / model.settings.substeps;
+  const double least = kOfTree * mass, h = model.settings.step;
   const auto inLink = [&](const Vector3& f) { return wrench.in_link ? f : Vector3(R_WL.transpose() * f); };
   const Vector3 force = inLink(wrench.F.force), lever = wrench.p_L - its.p_LO - its.p_OC;
   const Vector3 torque = inLink(wrench.F.torque) + lever.cross(force);

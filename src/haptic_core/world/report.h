@@ -19,7 +19,7 @@ enum StepFlag : unsigned {
   kNotConverged = 1u << 3,        ///< the implicit solve ended at `residual`: shorten the step
   kPressureClipped = 1u << 4,     ///< somewhere a damper would have pulled; the pressure was held at 0 there
   kJointsNotConverged = 1u << 5,  ///< some joint's force is not what its law says: shorten the step
-  kTooFast = 1u << 7,             ///< a body moved farther than shapes are thick between two looks at its contacts
+  kTooFast = 1u << 7,             ///< a body moved farther than shapes are thick: its island needed more spans than kMostSpans
   kImpactUnresolved = 1u << 8,    ///< contacts began whose energy the step did not keep: see EnergyLedger::numerical, shorten the step
   kRunaway = 1u << 9,             ///< the world stopped: its steps had made more energy than there was; shorten the step
   kGaveWay = 1u << 10,            ///< something was left out for the budget of a step: islands wait longer, second attempts, iterations
@@ -73,7 +73,7 @@ struct StepReport {
   int evaluations = 0, factorisations = 0;  ///< of the exact geometry and of matrices, most of any island
   double residual = 0;                    ///< largest speed that an implicit solve left to change [m/s]
   double wrench_error = 0;                ///< largest wrench that it left out of balance [N]
-  int parts = 0;                          ///< solves after one another: more than 1 where friction changed or halved
+  int parts = 0;                          ///< solves after one another: more than 1 where friction changed or something was fast
   int implicit_islands = 0;               ///< islands stepped implicitly
   int standing = 0;                       ///< articulations of them that stand: at rest, left out until something comes near
   int waiting = 0;                        ///< articulations that wait for a turn of their own (stepping/own_rate.h)
@@ -81,7 +81,6 @@ struct StepReport {
   double work = 0;                        ///< counted (world/counted_work.h) [units]
   int fallbacks = 0;                      ///< islands in which SDIRK2 was replaced by implicit Euler
   double impact = 0;                      ///< energy of approach of the contacts that began in this step [J]
-  int substeps = 1;                       ///< of this step: more where something fast came near something thin
   bool finite = true;                     ///< false: the world stopped; `culprit` names the link
   int culprit = -1;                       ///< world link index; -1: none
   unsigned flags = 0;                     ///< StepFlag bits

@@ -3,7 +3,7 @@
 /// A wrench is the mean over the step that ended: with P and H the momentum, and its moment about a point a fixed in W, of all that hangs
 /// beyond the joint,
 ///     force  = (P₁ - P₀)/h - m g - Σ F,      torque = (H₁ - H₀)/h - ½ (p₀ + p₁ - 2a) × m g - Σ (τ + (p_F - a) × F),
-/// where F are the mean contact wrenches that the report has (mean_contacts.h) and those of hands that pull, and a is S's origin at the
+/// where F are the mean contact wrenches that the report has and those of hands that pull, and a is S's origin at the
 /// end of the step. So m a of a link is the sum of its wrenches to rounding, in impacts as well, and errors of an integrator appear
 /// in the reading as in the motion. The reading is that of inverse dynamics of the motion, half a step late. In S's axes at the step's end.
 ///

@@ -5,7 +5,7 @@
 
 namespace haptic {
 
-/// Times of one world step [s], summed over its substeps; NaN: not measured.
+/// Times of one world step [s]; NaN: not measured.
 struct StageTimes {
   static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();  ///< not measured
   double search = kUnknown;     ///< boxes, and which of them overlap

@@ -6,9 +6,7 @@
 #include "haptic_core/world/drive_paths.h"
 #include "haptic_core/world/hands.h"
 #include "haptic_core/world/ledger.h"
-#include "haptic_core/world/mean_contacts.h"
 #include "haptic_core/world/runaway.h"
-#include "haptic_core/world/step_parts.h"
 
 namespace haptic {
 namespace {
@@ -18,10 +16,9 @@ void resetReport(Work& work, Report& all) noexcept {
   StepReport& report = all.step;
   report.flags = 0;
   report.iterations = report.evaluations = report.factorisations = report.parts = 0;
-  report.implicit_islands = report.standing = report.waiting = report.fallbacks = report.substeps = 0;
+  report.implicit_islands = report.standing = report.waiting = report.fallbacks = 0;
   report.lag = 0;
-  report.closure = report.residual = report.wrench_error = report.budget_used = report.position_error = 0;
-  work.parts.any = false;
+  report.closure = report.residual = report.wrench_error = report.budget_used = report.position_error = report.impact = 0;
   if (work.implicit) work.standing.open(all.contacts);
 }
 
@@ -40,33 +37,29 @@ void dropEnded(const Model& model, State& state, Work& work, Report& report) noe
   state.wrench_count = kept;
 }
 
-/// The pipeline. A step goes in parts where a thin body is fast, and each part begins where the last one has ended.
+/// The pipeline.
 void run(const Model& model, State& state, Work& work, Report& report) noexcept {
   resetReport(work, report);
   work.counted.begin(model.tuning.budget);
   findActing(model, state, work.hands);
   work.asleep.wakeActed(model, state, work);
   work.asleep.wakeDue(model, state, work);
+  const double h = model.settings.step;
   followDrivePaths(model, state);                                    // positions that drives are asked for
-  // Bounds and goals of hands, and how far all is safe. A world that is no longer finite has no next part.
-  for (StepPart part = firstPart(model, state, work, report.step); part.h > 0;
-       part = nextPart(model, part, state, work, report.step)) {
-    const double external_before = state.energy.external, unaccounted_before = state.energy.unaccounted();
-    report.step.impact = 0;
-    if (part.h < model.settings.step) work.asleep.wakeAll(model, state, work, nullptr);  // islands sleep over whole steps alone
-    noteWrenches(state, work.placement, work.wrenches);
-    stepping::advance(model, part, state, work, report);             // hands, then each island
-    collectHeld(model, part, state, work.hands, work.placement);     // wrenches on held links go to their hands
-    bookWrenches(work.hands, part.h, work.wrenches, work.placement, state);
-    if (model.settings.energy_ledger) closeLedger(work.ledgerView(model), unaccounted_before, state, report.step.energy);
-    report.step.judgeImpacts(state.energy.unaccounted() - unaccounted_before);
-    checkFinite(model, work.visits, state, report.step);
-    if (report.step.finite) checkRunaway(model, part.h, external_before, work, state, report);
-    if (part.h < model.settings.step) addPart(part.h, work.parts, report);
-  }
+  boundHands(model, state, work.placement, work.hands);
+  aimMotions(model, h, state, work.hands);
+  aimHeld(model, state, h, work);                                    // how far held links follow their hands
+  const double external_before = state.energy.external, unaccounted_before = state.energy.unaccounted();
+  noteWrenches(state, work.placement, work.wrenches);
+  stepping::advance(model, h, state, work, report);                  // hands, then each island
+  collectHeld(model, state, work.hands, work.placement);             // wrenches on held links go to their hands
+  bookWrenches(work.hands, h, work.wrenches, work.placement, state);
+  if (model.settings.energy_ledger) closeLedger(work.ledgerView(model), unaccounted_before, state, report.step.energy);
+  report.step.judgeImpacts(state.energy.unaccounted() - unaccounted_before);
+  checkFinite(model, work.visits, state, report.step);
+  if (report.step.finite) checkRunaway(model, h, external_before, work, state, report);
   if (work.implicit) stepping::countCalm(model, work.hands, work.placement, state);
-  reportParts(model.settings.step, work.parts, report);              // mean wrenches over the step
-  reportToHands(model, report.step, work.hands, state);
+  reportToHands(report.step, work.hands, state);
   work.standing.close(work.hands, work.asleep.islands() > 0, report.step.waiting + work.asleep.waiting() > 0);
   work.asleep.close(model, state, work, report);                     // islands that were left out fall asleep
   if (report.step.waiting > 0) report.step.lag = stepping::lagOf(model, state);

@@ -11,11 +11,9 @@ struct Visits {
   std::vector<int> trees;   ///< kinematics, motion, energies: of the model's `updated_trees`
   std::vector<int> shapes;  ///< poses and boxes: of the model's `updated_shapes`
   std::vector<int> moving;  ///< boxes that are swept, as indices in the model's `moving_shapes`
-  std::vector<int> limits;  ///< looked at for fast motion, as indices in the model's `motion_limits`
 
   explicit Visits(const Model& model) : trees(model.updated_trees), shapes(model.updated_shapes) {
     for (std::size_t i = 0; i < model.moving_shapes.size(); ++i) moving.push_back(static_cast<int>(i));
-    for (std::size_t i = 0; i < model.motion_limits.size(); ++i) limits.push_back(static_cast<int>(i));
   }  ///< set-up: all
 };
 

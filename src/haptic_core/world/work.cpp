@@ -56,7 +56,6 @@ Work::Work(const Model& model)
       standing(model), asleep(model), rates(model), sums(model) {
   if (model.settings.comparator) comparator = model.settings.comparator(model);
   if (model.implicit_steps) implicit = std::make_unique<stepping::ImplicitWork>(model);
-  parts.sums.reserve(model.pair_capacity);
   joints.resize(model.trees.size());
   for (const ModelTree& tree : model.trees) {
     if (tree.has_laws) joints[model.indexOf(tree)] = std::make_unique<TreeMotion>(*tree.model, tree.rings);

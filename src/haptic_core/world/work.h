@@ -18,7 +18,6 @@
 #include "haptic_core/world/islands.h"
 #include "haptic_core/world/ledger.h"
 #include "haptic_core/world/link_forces.h"
-#include "haptic_core/world/mean_contacts.h"
 #include "haptic_core/world/pair_search.h"
 #include "haptic_core/world/placement.h"
 #include "haptic_core/world/seams.h"
@@ -48,12 +47,11 @@ struct FlowWork {
 struct Work {
   Visits visits;                 ///< stepping/asleep
   Placement placement;           ///< placement
-  SearchWork search;             ///< pair_search, step_parts
+  SearchWork search;             ///< pair_search
   HandWork hands;                ///< hands
   ContactWork contacts;          ///< contact_evaluation
-  PartContacts parts;            ///< mean_contacts
   FlowWork motion;               ///< stepping/flow
-  double position_error = 0;     ///< of the part, of the island that errs most, as its attempt foresees [m]
+  double position_error = 0;     ///< of the island that errs most, as its attempt foresees [m]
   Islands islands;               ///< islands
   std::unique_ptr<stepping::ImplicitWork> implicit;  ///< stepping/implicit_islands; null: no island is solved
   stepping::StandingIslands standing;      ///< stepping/implicit_islands

@@ -248,7 +248,7 @@ void World::tune(const WorldTuning& tuning) {
   if (wanted.gravity.array().isNaN().all()) wanted.gravity = model.settings.gravity;
   std::vector<CouplingLoad> loads;
   for (const PointerState& pointer : impl_->state.pointers) loads.push_back(model.loadOf(pointer.link));
-  check(wanted, loads, model.substep());
+  check(wanted, loads, model.settings.step);
   impl_->bringToPresent();
   model.tune(wanted);
   refreshHands(model, impl_->state, impl_->work.hands);

@@ -35,15 +35,15 @@ TEST_P(DeepAndFast, ABulletIsStoppedByAThinPlate) {
       def.settings.default_material.dissipation = 1;
       World world(def);
       double lowest = 1;
-      int substeps = 0;
+      int parts = 0;
       for (int i = 0; i * h < 0.02; ++i) {
         world.step();
         ASSERT_EQ(world.report().flags & (kTooFast | kNotConverged), 0u);
-        substeps = std::max(substeps, world.report().substeps);
+        parts = std::max(parts, world.report().parts);
         lowest = std::min(lowest, world.linkPose(1).p.z());
       }
       EXPECT_GT(lowest, 0) << "thickness " << thickness << ", step " << h;
-      if (speed * h > thickness) EXPECT_GT(substeps, 1);
+      if (speed * h > thickness) EXPECT_GT(parts, 1);
     }
   }
 }
@@ -79,7 +79,7 @@ TEST_P(DeepAndFast, ACubeLandsOnAThinPlateInOneStep) {
     World world(def);
     for (int i = 0; i < 20; ++i) {
       world.step();
-      EXPECT_EQ(world.report().substeps, 1) << part;
+      EXPECT_EQ(world.report().parts, 1) << part;
       EXPECT_EQ(world.report().flags & kNotConverged, 0u) << part;
       EXPECT_GT(world.linkPose(1).p.z(), 0.01 - 0.25 * thickness) << part;
     }

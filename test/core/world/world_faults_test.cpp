@@ -62,7 +62,6 @@ TEST(WorldFaults, StepsAreRefusedByValue) {
   expectNamed(step(1), {"step is 1 s"});
   expectNamed(step(-1e-3), {"step is -0.001"});
   expectNamed(step(std::nan("")), {"step is nan"});
-  expectNamed(refusal([](WorldDef& d) { d.settings.substeps = 0; }), {"substeps is 0"});
   expectNamed(refusal([](WorldDef& d) { d.settings.history_steps = -1; }), {"history_steps is -1"});
   expectNamed(refusal([](WorldDef& d) { d.settings.gravity.z() = std::nan(""); }), {"gravity"});
 }
