@@ -67,11 +67,12 @@ double reservedForAll(const Model& model, const State& state, const Work& work) 
 void stepImplicitIslands(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
   ImplicitWork& implicit = *work.implicit;
   const bool may_stand = model.settings.leave_out;
-  bool begun = false;
   report.step.standing = report.step.waiting = 0;
   takeTurns(model, may_stand && model.turn_steps > 1, state, work, report);
   work.islands.find(state, work.visits.trees, work.hands.held_by);
   double reserved = reservedForAll(model, state, work);
+  aimCouplings(model, state, work);
+  implicit.begun = false;
   for (int i = 0; i < work.islands.count(); ++i) {
     const Island island = work.islands[i];
     ++report.step.implicit_islands;
@@ -89,11 +90,6 @@ void stepImplicitIslands(const Model& model, double h, State& state, Work& work,
       report.step.standing += island.tree_count;
       continue;
     }
-    if (!begun) {
-      aimCouplings(model, state, work);
-      beginIslands(model, state, work.visits.trees, work.hands, work.contacts.seams, h, implicit);
-    }
-    begun = true;
     const int first_contact = report.contacts.size();
     if (work.counted.bounded()) reserved -= reservedFor(model, island, state);
     const ImplicitReport* solved = solveIsland(model, island, h, work.counted.left() - reserved, state, work, report.step);
@@ -111,7 +107,7 @@ void stepImplicitIslands(const Model& model, double h, State& state, Work& work,
     work.asleep.note(island);
     report.step.waiting += island.tree_count;
   }
-  if (!begun) return;
+  if (!implicit.begun) return;
   report.step.closure = std::max(report.step.closure, implicit.stage.joints.closure(work.placement.link.data()));
   takeCouplings(state, work);
 }

@@ -121,6 +121,7 @@ struct ImplicitWork {
   StepBooks books;        ///< of the step, of all its islands
   IslandStep step;        ///< of the last island
   ImplicitReport report;  ///< of the last island
+  bool begun = false;     ///< `beginIslands` was called for the islands of this time
 
   explicit ImplicitWork(const Model& model) : stage(model), schemes(model), books(model) {}  ///< set-up: room for the largest island
 };

@@ -169,6 +169,7 @@ void beginIslands(const Model& model, State& state, const std::vector<int>& tree
                   ImplicitWork& work) noexcept {
   beginStages(model, state, trees, hands, seams, h, work.stage);
   openBooks(state.pair_count, work.books);
+  work.begun = true;
 }
 
 double evaluationUnits(const Model& model, const Island& island, const State& state) noexcept {

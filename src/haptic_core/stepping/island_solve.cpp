@@ -172,6 +172,7 @@ const ImplicitReport* solveIsland(const Model& model, const Island& island, doub
     const double after = span < left ? left - span : 0;
     if (!flows(model, island, span, state, work, report)) {
       solves = true;
+      if (!implicit.begun) beginIslands(model, state, work.visits.trees, work.hands, work.contacts.seams, h, implicit);
       advanceIsland(model, island, span, after, orderOf(model.settings.attempts), state, implicit);
     } else if (solves) {
       implicit.stage.contacts.select(island);  // nothing touches

@@ -40,7 +40,7 @@ void waitForNext(const Model& model, const Island& island, int first_contact, St
   wait(island, state.step, state.step + static_cast<std::uint64_t>(model.turn_steps), state);
 }
 
-/// After `beginIslands`: an island whose turn has come goes over the time that it is `late` [s]. `goes_on`: it may wait again, and where it
+/// An island whose turn has come goes over the time that it is `late` [s]. `goes_on`: it may wait again, and where it
 /// does its contacts are reported. `most`: of the step's budget [units].
 void takeTurn(const Model& model, const Island& island, double late, bool goes_on, double most, State& state, Work& work,
               Report& report) noexcept {
@@ -81,7 +81,7 @@ void takeTurns(const Model& model, bool may_wait, State& state, Work& work, Repo
     if (as_of > state.step) return;
     const double late = static_cast<double>(state.step - as_of) * model.settings.step;
     for (ImplicitCoupling& coupling : work.implicit->stage.forces.couplings) coupling.link = -1;
-    beginIslands(model, state, trees, work.hands, work.contacts.seams, late, *work.implicit);
+    work.implicit->begun = false;
     work.islands.findDue(state, trees, as_of);
     for (int i = 0; i < work.islands.count(); ++i) {
       const Island island = work.islands[i];

@@ -34,7 +34,7 @@ double margin(const Model& model, const State& state, const HandWork& hands, con
   const int lead = hands.held_by[l];
   const double way = lead >= 0 ? hands.moved[lead].linear.norm() + hands.moved[lead].angular.norm() * (link.size + work.p_OC.norm()) : 0;
   h = stepping::foreseen(model, state, link.articulation, h);
-  return way + 2 * h * (work.velocity.norm() + work.omega.norm() * link.size + h * model.settings.gravity.norm());
+  return std::max(way, 2 * h * (work.velocity.norm() + work.omega.norm() * link.size + h * model.settings.gravity.norm()));
 }
 
 /// Bounds of a box as numbers in a row: its three lower ones, then its three upper ones.
