@@ -1,6 +1,9 @@
 #include "haptic_core/geometry/pairs/face_overlay.h"
 
+#include <cmath>
+
 #include "haptic_core/geometry/shapes/half_space.h"
+#include "haptic_core/geometry/shapes/rod.h"
 
 namespace haptic {
 namespace {
@@ -8,23 +11,44 @@ namespace {
 /// Least cosine between a face's normal and the contact's: beyond it the faces beside count as much.
 constexpr double kNearlyParallel = 0.9;
 
-/// A polyhedron's face, or a half-space's surface, which has no corners.
-struct FlatSide {
-  const ConvexPolyhedron* shape = nullptr;  ///< null: a half-space
-  Vector3 normal = Vector3::UnitZ(), point = Vector3::Zero();  ///< outward; on it [m]
-  int first = 0, count = 0;                 ///< its corners
+/// Corners of the octagon that stands for a cylinder's end, of its area, over the radius: 2^(-1/4) √(π/2).
+constexpr int kOctagon = 8;
+constexpr double kOctagonReach = 1.0539073652554058, kOctagonSide = kOctagonReach * M_SQRT1_2;
+constexpr double kOctagonX[kOctagon] = {kOctagonReach, kOctagonSide, 0, -kOctagonSide, -kOctagonReach, -kOctagonSide, 0, kOctagonSide};
+constexpr double kOctagonY[kOctagon] = {0, kOctagonSide, kOctagonReach, kOctagonSide, 0, -kOctagonSide, -kOctagonReach, -kOctagonSide};
 
-  Vector3 corner(int i) const { return shape->vertices()[shape->loopVertex(first + i)]; }
+/// A polyhedron's face, a cylinder's end, or a half-space's surface, which has no corners.
+struct FlatSide {
+  const ConvexPolyhedron* polyhedron = nullptr;  ///< null: not one of its faces
+  const Rod* rod = nullptr;                      ///< null: not one of its ends
+  Vector3 normal = Vector3::UnitZ(), point = Vector3::Zero();  ///< outward; on it [m]
+  int first = 0, count = 0;                      ///< its corners; none: a half-space
+
+  /// Counter-clockwise, seen from outside.
+  Vector3 corner(int i) const {
+    if (polyhedron) return polyhedron->vertices()[polyhedron->loopVertex(first + i)];
+    return {rod->radius() * kOctagonX[i], rod->radius() * normal.z() * kOctagonY[i], normal.z() * rod->halfLength()};
+  }
 };
+
+bool hasFlatSides(const ConvexShape& shape) {
+  return shape.polyhedron() || shape.halfSpace() || (shape.rod() && !shape.rod()->isCapsule());
+}
 
 /// The side whose outward normal looks most along `direction`; false: none nearly.
 bool sideAlong(const ConvexShape& shape, const Vector3& direction, FlatSide& side) {
   double most = kNearlyParallel;
   if (shape.halfSpace()) return direction.z() > most;
-  side.shape = shape.polyhedron();
-  for (const ConvexPolyhedron::Face& face : side.shape->faces()) {
-    const double along = face.normal.dot(direction);
-    if (along > most) most = along, side.normal = face.normal, side.first = face.first, side.count = face.count;
+  if (shape.rod() && std::abs(direction.z()) > most) {
+    side.rod = shape.rod();
+    side.normal.z() = direction.z() > 0 ? 1 : -1;
+    side.count = kOctagon;
+  } else if (shape.polyhedron()) {
+    side.polyhedron = shape.polyhedron();
+    for (const ConvexPolyhedron::Face& face : side.polyhedron->faces()) {
+      const double along = face.normal.dot(direction);
+      if (along > most) most = along, side.normal = face.normal, side.first = face.first, side.count = face.count;
+    }
   }
   if (side.count == 0) return false;
   side.point = side.corner(0);
@@ -66,8 +90,7 @@ bool FaceOverlay::needsClipping(const LinearField& field, bool& nothing) const n
 
 bool FaceOverlay::find(const ConvexShape& first, const ConvexShape& second, const Pose& X_AB, const Pose& X_AP) noexcept {
   corners_ = 0;
-  const auto isFlat = [](const ConvexShape& shape) { return shape.polyhedron() || shape.halfSpace(); };
-  if (!isFlat(first) || !isFlat(second)) return false;
+  if (!hasFlatSides(first) || !hasFlatSides(second)) return false;
   const Vector3 n = X_AP.R.col(2);
   FlatSide U, L;
   if (!sideAlong(first, n, U) || !sideAlong(second, X_AB.R.transpose() * -n, L)) return false;
@@ -77,12 +100,12 @@ bool FaceOverlay::find(const ConvexShape& first, const ConvexShape& second, cons
   Polygon polygon;
   const auto start = [&polygon](const Vector3& p) { polygon.x[polygon.corners] = p.x(), polygon.y[polygon.corners++] = p.y(); };
   for (int i = 0; i < U.count; ++i) start(X_PA * U.corner(i));
-  if (!U.shape) {
+  if (U.count == 0) {
     for (int i = L.count - 1; i >= 0; --i) start(X_PB * L.corner(i));
   }
   const LinearField upper = heightOf(X_PA.R * U.normal, X_PA * U.point), lower = heightOf(X_PB.R * L.normal, X_PB * L.point);
   Vector3 to = X_PB * L.point;
-  for (int i = L.count - 1; U.shape && i >= 0 && polygon.corners >= 3; --i) {
+  for (int i = L.count - 1; U.count > 0 && i >= 0 && polygon.corners >= 3; --i) {
     const Vector3 from = to;
     to = X_PB * L.corner(i);
     const double ux = to.x() - from.x(), uy = to.y() - from.y();

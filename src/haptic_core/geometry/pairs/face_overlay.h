@@ -15,7 +15,8 @@ struct LinearField {
 /// Two faces laid over one another along a normal.
 /// The common part of the projections of a face of A and one of B, convex and counter-clockwise in P's x and y [m], and the
 /// thickness between the two planes [m]: positive where they overlap, negative where there is a gap. Unlike the faces of V it
-/// reaches as far as the faces do, so that it shows the contact that a small turn would bring.
+/// reaches as far as the faces do, so that it shows the contact that a small turn would bring. A cylinder's end is an octagon of
+/// the same area.
 class FaceOverlay {
  public:
   static constexpr int kMostCorners = 16;  ///< of the common part; more, and `find` gives up
