@@ -19,8 +19,8 @@
 
 namespace haptic::stepping {
 
-/// (in realtime) Once before the first span that islands of a step of length h [s] do not flow over; see beginStages. The caller has set the targets of
-/// `work.stage.forces.couplings`, by pointer.
+/// (in realtime) Once before the first span that islands of a step of length h [s] do not flow over; see beginStages. The caller has set
+/// the targets of `work.stage.forces.couplings`, by pointer.
 void beginIslands(const Model& model, State& state, const std::vector<int>& trees, const HandWork& hands, Seams& seams, double h,
                   ImplicitWork& work) noexcept;
 
