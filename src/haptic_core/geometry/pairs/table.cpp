@@ -69,6 +69,15 @@ const PairEntry& entryOf(const ShapePair& pair) {
   return pairEntry(pair.first.kind(), pair.second.kind());
 }
 
+/// What rounding leaves of two shapes that just touch, a volume without depth, has no patch that could press.
+void dropEmpty(ContactVolume& out) noexcept {
+  if (out.status != ContactVolume::Status::kOverlap || (out.depth > 0 && out.volume > 0)) return;
+  out.status = ContactVolume::Status::kTouching;
+  out.volume = out.A0 = out.depth = 0;
+  out.area_vector_A.setZero(), out.A1.setZero();
+  out.A2.setZero(), out.V2.setZero();
+}
+
 }  // namespace
 
 const PairEntry& pairEntry(ShapeKind first, ShapeKind second) noexcept {
@@ -79,6 +88,7 @@ void contactVolume(const ConvexShape& A, const ConvexShape& B, const Pose& X_AB,
                    ContactVolume& out, const ContactRequest& request) noexcept {
   const ShapePair pair = ordered(A, B, X_AB);
   entryOf(pair).contact(pair, request, cache, workspace, out);
+  dropEmpty(out);
   out.compressing = compressingRate(A, B, X_AB, out);
 }
 
