@@ -70,7 +70,7 @@ check_scene() {
   for setting in $option_xacro; do set -- "$@" --xacro "$setting"; done
   unset IFS
   set +f
-  [ -z "$option_json" ] || { cd "$CALLER" && exec "$@" --json "$scene_file"; }  # for a program: the object alone, without figures to keep
+  [ -z "$option_json" ] || { cd "$CALLER" && "$@" --json "$scene_file"; exit; }  # for a program: the object alone, without figures to keep
   show_and_keep check "$@" "$scene_file"
   draw_and_exit "$?" scene "$(basename "${scene_file%.*}")"
 }

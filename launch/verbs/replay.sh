@@ -23,7 +23,7 @@ fi
 SETUP_BUILDS=stack
 setup run tools
 copy=$(mktemp -d) || fail "replay: no folder can be made in ${TMPDIR:-/tmp}"
-trap 'stop_children; rm -rf "$copy"' EXIT
+trap 'stop_children; rm -rf "$copy"; end_relays' EXIT
 bag=$(python3 -B "$ROOT/penalty_sim/session/cut_recording.py" "$bag" "$copy" 2>"$copy/said") ||
   fail "replay: $(tail -n 1 "$copy/said")"
 [ ! -s "$copy/said" ] || echo "replay: $(tail -n 1 "$copy/said")" >&2

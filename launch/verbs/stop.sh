@@ -6,4 +6,4 @@ at_most 1 stop 'the name of one device'
 stop=$BUILD/devel/lib/spidar_driver/spidar_stop
 [ -x "$stop" ] || stop=/usr/lib/spidar_driver/spidar_stop
 [ -x "$stop" ] || fail "stop: spidar_stop is not built: no device of this folder runs; if motors pull, cut their power"
-exec "$stop" "$@"
+"$stop" "$@"

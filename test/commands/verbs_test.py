@@ -176,6 +176,14 @@ class Verbs(unittest.TestCase):
                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False, timeout=60)
         self.assertEqual(kept.stdout.split(), [str(i) for i in range(1, 501) for _ in "12"], "every line, in its order")
 
+    @unittest.skipUnless(os.getuid() == 0, "needs root for a name space")
+    def test_all_is_told_when_a_verb_ends(self):
+        """With the first process of a container the kernel ends all others: what a verb has said must have left it by then."""
+        for words in (("docs", "nosuch"), ("stop", "nosuch"), ("--version",), ("demo", "--help")):
+            for _ in range(8):
+                told = ask("unshare", "--pid", "--fork", RUN, *words)
+                self.assertNotEqual(told.stdout + told.stderr, "", words)
+
     def test_a_demo_builds_what_the_launch_files_of_the_documents_start(self):
         with open(os.path.join(VERBS, "demo.sh"), encoding="utf-8") as file:
             targets = re.search(r"^TARGETS='([^']*)'", file.read(), re.MULTILINE).group(1).split()

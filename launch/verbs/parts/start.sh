@@ -17,12 +17,13 @@ for part in output progress packages first_cost build figures names options emul
   # shellcheck disable=SC1090 # parts of this folder
   . "$ROOT/launch/verbs/parts/$part.sh"
 done
+trap 'stop_children; end_relays' EXIT
 for part; do
   case $part in
     -h | --help)
       echo 'usage: ./run'
       sed -n 's/^#: \{0,1\}/  /p' "$PROGRAM"
       exit 0 ;;
-    --version) [ "$(basename "$PROGRAM")" = version.sh ] || exec "$ROOT/launch/verbs/version.sh" ;;
+    --version) [ "$(basename "$PROGRAM")" = version.sh ] || { "$ROOT/launch/verbs/version.sh"; exit; } ;;
   esac
 done
