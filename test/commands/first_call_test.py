@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """The first call of each verb on a machine on which nothing is installed: by whom, with what was there, and from where."""
 import os
+import shutil
 import signal
 import subprocess
 import tempfile
@@ -287,6 +288,33 @@ class Configuration(unittest.TestCase):
                 with open(os.path.join(folder, "configured"), encoding="utf-8") as file:
                     times.append(len(file.readlines()))
             self.assertEqual(times, [1, 1, 2, 2, 3, 3])
+
+    @unittest.skipUnless(shutil.which("ccache") and shutil.which("g++"), "needs ccache and g++")
+    def test_a_first_build_preprocesses_nothing_twice(self):
+        """ccache runs the preprocessor to look for what it may have: not in an empty cache, and what went in there is found from another folder."""
+        with tempfile.TemporaryDirectory() as folder:
+            compiler = os.path.join(folder, "g++")
+            with open(compiler, "w", encoding="utf-8") as out:
+                out.write(f"#!/bin/sh\necho \"$*\" >>'{folder}/compiled'\nexec {shutil.which('g++')} \"$@\"\n")
+            os.chmod(compiler, 0o755)
+            script = """ROOT=$1 BUILD=$2/build CALLER=$1 LOGS=$2/log; . "$ROOT/launch/verbs/parts/build.sh"
+                CCACHE_BASEDIR=$3
+                forget_other_workspaces
+                cd "$3" && ccache "$4" -O1 -MD -MF a.d -o a.o -c "$3/a.cpp" """
+            counts = []
+            for name, source in (("one", "int f() { return 1; }"), ("two", "int f() { return 1; }"), ("three", "int f() { return 3; }")):
+                place = os.path.join(folder, name)
+                os.makedirs(place)
+                with open(os.path.join(place, "a.cpp"), "w", encoding="utf-8") as out:
+                    out.write(source + "\n")
+                kept = {key: value for key, value in os.environ.items() if not key.startswith("CCACHE_")}
+                subprocess.run(["sh", "-uc", script, "sh", ROOT, folder, place, compiler], check=True, timeout=60,
+                               env={**kept, "CCACHE_DIR": os.path.join(folder, "cache")})
+                self.assertTrue(os.path.exists(os.path.join(place, "a.o")))
+                with open(os.path.join(folder, "compiled"), encoding="utf-8") as file:
+                    words = [line.split() for line in file]
+                counts.append((len(words), sum("-E" in each for each in words)))
+            self.assertEqual(counts, [(1, 0), (1, 0), (3, 1)])
 
 
 if __name__ == "__main__":

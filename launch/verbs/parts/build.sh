@@ -9,6 +9,8 @@ forget_other_workspaces() {
     export CMAKE_C_COMPILER_LAUNCHER=ccache CMAKE_CXX_COMPILER_LAUNCHER=ccache
     export CCACHE_BASEDIR="${CCACHE_BASEDIR:-$ROOT}" CCACHE_NOHASHDIR=1
     ccache_can_write || export CCACHE_DIR="$BUILD/ccache"
+    # Where nothing can be found nothing is looked for: the preprocessor would run once more for each source, 3 % of a first build.
+    ccache_has_objects || export CCACHE_DEPEND=1
   fi
 }
 
@@ -18,6 +20,8 @@ ccache_can_write() {
   ccache_folder=$(ccache --get-config cache_dir 2>/dev/null) && [ -n "$ccache_folder" ] &&
     { mkdir -p "$ccache_folder" && : >"$ccache_folder/.$$"; } 2>/dev/null && rm -f "$ccache_folder/.$$"
 }
+
+ccache_has_objects() { [ -n "$(find "$(ccache --get-config cache_dir 2>/dev/null)" -name '*M' -print -quit 2>/dev/null)" ]; }
 
 # A second call costs what ninja needs to see that nothing changed. A folder is configured again when the packages that CMake
 # may find have changed since, by whatever way.
