@@ -14,7 +14,7 @@
 . "$(dirname "$0")/parts/start.sh"
 
 # What a scene's check, a study's and a device's take, and of what kind it is.
-SCENE_OPTIONS='all json device=device rate=number default-density=number srdf=file strict missing-meshes=box,skip,stop xacro=text+ rigid scenes=folder'
+SCENE_OPTIONS='all json device=device rate=number default-density=number srdf=file strict missing-meshes=box,skip,stop xacro=setting+ rigid scenes=folder'
 STUDY_OPTIONS='subject=text session=count seed=whole order device=device'
 
 check_study() {

@@ -17,7 +17,7 @@ TARGETS='haptic_bridge penalty_sim spidar_driver penalty_sim_node spidar_driver_
 # Judges the words of the call; what they stand for is set here and read below.
 read_call() {
   judge demo scene=scene device=text rate=number seconds=number rviz light record=text hardware emulate port=port \
-    default-density=number missing-meshes=box,skip,stop xacro=text+ master-port=count -- "$@"
+    default-density=number missing-meshes=box,skip,stop xacro=setting+ master-port=count -- "$@"
   at_most 0 demo 'options alone'
   option_scene=${option_scene:-touch_cube} option_device=${option_device:-spidar_g6x3r}
   [ "$option_device" != uart ] || { option_device=spidar_g6x5r option_emulate=true; }
@@ -30,8 +30,8 @@ read_call() {
   [ -z "$option_light" ] || ground=light
   [ -z "$option_hardware$option_port" ] || wire='file'
   [ -z "$option_emulate" ] || ensure_boards demo "$device_file"
-  [ -z "$option_master_port" ] || problem=$(try_port "$option_master_port") ||
-    fail "demo: --master-port $option_master_port: $problem"
+  [ -z "$option_emulate" ] || [ -z "$option_hardware$option_port" ] || fail 'demo: --emulate stands in for the hardware: take one of them'
+  [ -z "$option_master_port" ] || ensure_master_port "$option_master_port"
   seconds=$option_seconds
   if [ "$rviz" = true ]; then
     [ -n "${DISPLAY:-}" ] || fail "demo: --rviz needs a display; set DISPLAY, or use xvfb-run ./run demo --rviz"
@@ -101,6 +101,7 @@ if [ -n "$option_emulate" ]; then
   port=$run/emulated_boards wire='file' at_home=true
 fi
 [ "$wire" = file ] || at_home=true
+[ -z "$option_master_port" ] || ensure_master_port "$option_master_port"
 master=${option_master_port:-$(free_port)}
 export ROS_MASTER_URI="http://127.0.0.1:$master"
 echo "demo: in other shells: . $BUILD/devel/setup.sh; export ROS_MASTER_URI=$ROS_MASTER_URI"

@@ -25,7 +25,7 @@ report_recording() {
 # A file, a shipped scene, or a scene of the report's own catalogue, whose kept results name it.
 ensure_scene() {  # NAME_OR_PATH
   case $1 in
-    */* | *.urdf | *.xacro | *.yaml) [ -f "$(absolute "$1")" ] || fail "report: scene '$1': no such file" ;;
+    */* | *.urdf | *.xacro | *.yaml) find_scene "$1" >/dev/null ;;
     *) [ -f "test/report/results/$1-total.png" ] || (find_scene "$1" >/dev/null 2>&1) ||
       fail "report: unknown scene '$1'; give a path, or one of: $(find test/report/results -name '*-total.png' |
         sed 's|.*/||; s/-total\.png$//' | sort | tr '\n' ' ')" ;;

@@ -133,6 +133,47 @@ class WhereNothingIsBuilt(Bare):
                 self.assertEqual(len(machine.installs()), 1, said)
                 self.assertIn(f" {package}", machine.installs()[0])
 
+    def test_files_that_are_something_else_are_refused_before_set_up(self):
+        place = checkout_of_scripts(self.folder)
+        robot = b"<robot name='a'><link name='world'/></robot>\n"
+        files = {"empty.urdf": b"", "text.urdf": b"hello\n", "binary.urdf": b"\xff\xfe<\0r\0o\0b\0", "cut.urdf": robot[:20], "list.yaml": b"a: [1\n",
+                 "mesh.stl.urdf": b"solid a\n", "device.yaml": b"name: a\n"}
+        for name, text in files.items():
+            with open(os.path.join(self.folder, name), "wb") as out:
+                out.write(text)
+        calls = [["demo", "--scene", name] for name in files] + [["check", name] for name in files]
+        calls += [["demo", "--device", "device.yaml"], ["experiment", "device.yaml", "--subject", "a"], ["latency", "--device", "list.yaml"]]
+        calls += [["demo", "--xacro", "arm.left"], ["report", "cut.urdf"]]
+        machine = self.machine()
+        for words in calls:
+            with self.subTest(" ".join(words)):
+                done = subprocess.run([os.path.join(place, "run"), *words], env=environment(machine), cwd=self.folder, stdin=subprocess.DEVNULL,
+                                      capture_output=True, text=True, timeout=LIMIT, check=False)
+                self.assertEqual((done.returncode, len(done.stderr.splitlines())), (1, 1), done.stderr)
+                self.assertIn(next(word for word in words[1:] if "." in word), done.stderr)
+                self.assertEqual(machine.text("calls"), "")
+        with open(os.path.join(self.folder, "whole.urdf"), "wb") as out:
+            out.write(b"\xef\xbb\xbf" + robot + b"<!-- end -->\n\n")
+        _, code, said = self.first("check", "whole.urdf", place=place)
+        self.assertEqual(code, 130, said)
+
+    def test_words_that_say_nothing_are_refused_before_set_up(self):
+        place, machine = checkout_of_scripts(self.folder), self.machine()
+        for words in (["demo", "--device", ""], ["demo", "--record", ""], ["check", "friction", "--subject", ""], ["version", "now"],
+                      ["demo", "--emulate", "--hardware", "--device", "uart"], ["demo", "--master-port", "80"]):
+            with self.subTest(" ".join(words)):
+                done = subprocess.run([os.path.join(place, "run"), *words], env=environment(machine), cwd=self.folder, stdin=subprocess.DEVNULL,
+                                      capture_output=True, text=True, timeout=LIMIT, check=False)
+                self.assertEqual((done.returncode, len(done.stderr.splitlines())), (1, 1), done.stderr)
+                self.assertEqual(machine.text("calls"), "")
+
+    def test_a_port_is_judged_where_no_python_is_installed_yet(self):
+        script = 'fail() { echo "$*"; exit 1; }; . "$1"; PATH=/nowhere; ensure_master_port "$2"'
+        for port, code in (("11311", 0), ("80", 1), ("99999", 1), ("9" * 30, 1)):
+            done = subprocess.run(["sh", "-uc", script, "sh", os.path.join(ROOT, "launch/verbs/parts/names.sh"), port],
+                                  capture_output=True, text=True, check=False, timeout=60)
+            self.assertEqual((done.returncode, done.stderr), (code, ""), done.stdout)
+
     def test_a_disk_that_is_too_small(self):
         machine, code, said = self.first("build", HAPTIC_TEST_MB="99999999")
         self.assertEqual(code, 1, said)

@@ -17,6 +17,7 @@ find_description() {  # KIND NAME FOLDER SUFFIX...
   case $found_name in
     */* | *.urdf | *.xacro | *.yaml)
       [ -f "$(absolute "$found_name")" ] || fail "$found_kind '$found_name': no such file"
+      ensure_description "$found_kind" "$found_name"
       absolute "$found_name"
       return ;;
   esac
@@ -30,6 +31,22 @@ find_description() {  # KIND NAME FOLDER SUFFIX...
     find "$found_folder" -maxdepth 1 -name "*.$found_suffix" -printf '%f\n' 2>/dev/null
   done | sed 's/\.[a-z]*$//' | sort -u | tr '\n' ' ')
   fail "unknown $found_kind '$found_name'; give a path, or one of: $found_known"
+}
+# A file that says what it describes, and does not break off: all else is read by programs that are not built yet.
+ensure_description() {  # KIND PATH
+  local described_file described_mark
+  described_file=$(absolute "$2")
+  [ -r "$described_file" ] || fail "$1 '$2' cannot be read by $(id -un)"
+  case $1 in
+    scene) described_mark='<robot or models:' ;;
+    device) described_mark='strings:' ;;
+    study) described_mark='study:' ;;
+  esac
+  if grep -aq '<robot' "$described_file" && [ "$1" = scene ]; then
+    [ "$(tail -c 4096 "$described_file" | tr -d ' \t\r\n\0' | tail -c 1)" = '>' ] || fail "scene '$2' breaks off: its last tag is not closed"
+  else
+    grep -aq "${described_mark##* }" "$described_file" || fail "$1 '$2' is none: it has no $described_mark"
+  fi
 }
 find_scene() { find_description scene "$1" urdf/scenes yaml urdf; }  # NAME_OR_PATH
 find_device() { find_description device "$1" urdf/devices yaml; }    # NAME_OR_PATH
@@ -93,16 +110,18 @@ with socket.socket() as s:
     print(s.getsockname()[1])'
 }
 
-# Fails, and prints why, where nothing can listen at a port of this machine.
-try_port() {  # NUMBER
-  python3 -c 'import socket, sys
+# A port of this machine at which a master can listen. Before set-up there may be no python3, and its number alone is judged.
+ensure_master_port() {  # NUMBER
+  local master_problem
+  { [ ${#1} -le 5 ] && [ "$1" -ge 1024 ] && [ "$1" -le 65535 ]; } || fail "demo: --master-port $1: a master wants a port of 1024 to 65535"
+  command -v python3 >/dev/null || return 0
+  master_problem=$(python3 -c 'import socket, sys
 port = int(sys.argv[1])
-if not 1024 <= port <= 65535:
-    sys.exit(print("a master wants a port of 1024 to 65535") or 1)
 with socket.socket() as s:
     s.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         s.bind(("", port))
     except OSError as error:
-        sys.exit(print(f"{error.strerror}: stop the master that is there, or take another port") or 1)' "$1"
+        sys.exit(print(f"{error.strerror}: stop the master that is there, or take another port") or 1)' "$1") ||
+    fail "demo: --master-port $1: $master_problem"
 }

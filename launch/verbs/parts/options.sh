@@ -40,6 +40,7 @@ judge() {
     [ $# -gt 0 ] || fail "$judge_verb: $judge_word needs a value"
     judge_value=$1
     shift
+    [ -n "$judge_value" ] || fail "$judge_verb: $judge_word needs a value, and got an empty one"
     take_option "$judge_verb" "$judge_name" "$judge_kind" "$judge_value"
   done
 }
