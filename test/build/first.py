@@ -310,7 +310,9 @@ WRONG = ('demo --scene nosuch', 'demo --scene no/such.urdf', 'demo --rate fast',
          'replay README.md', 'report nosuch.bag', 'report nosuch', 'report rest --scheduler nowhere', 'export nosuch.bag', 'export README.md',
          'experiment nosuch --subject a', 'experiment friction --subject a/b', 'experiment friction', 'analyse /tmp', 'latency --device nosuch',
          'latency --device spidar_g6x3r --seconds x', 'bench nosuch', 'bench --before /no/such house', 'test (', 'test --sanitize nosuch', 'test a b',
-         'setup nosuch', 'docs nosuch', 'package nosuch', 'build nosuch', 'stop a b', 'nosuch')
+         'setup nosuch', 'docs nosuch', 'package nosuch', 'build nosuch', 'stop a b', 'nosuch', 'demo --scene ./README.md', 'demo --device ',
+         'demo --device ./packages.apt', 'demo --xacro a', 'demo --emulate --hardware --device uart', 'demo --master-port 80', 'version now',
+         'check ./README.md', 'report ./packages.apt', 'experiment ./packages.apt --subject a')
 
 
 def wrong(totals):
