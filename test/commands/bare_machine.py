@@ -88,7 +88,7 @@ class BareMachine:
 def checkout_of_scripts(folder, owner=None):
     """The verbs without anything that is built, as a checkout of its own, whose configuration waits to be interrupted."""
     place = os.path.join(folder, "checkout ä b")
-    for name in ("run", "packages.apt", "launch/verbs", "urdf", "test/benchmark", "test/core"):
+    for name in ("run", "packages.apt", "launch/verbs", "urdf", "test/benchmark", "test/core", "test/report/results"):
         target = os.path.join(place, name)
         os.makedirs(os.path.dirname(target), exist_ok=True)
         subprocess.run(["cp", "-r", os.path.join(ROOT, name), target], check=True)
