@@ -48,8 +48,9 @@ void add(const scenes::ThinPress& p, int number, ThinWorst& worst) {
   }
   if (rang) worst.passed_and_rang += pressHand(p.world, 0, p.settings, device).steady();
   if (!rang && !gave && !jumped && r.finite && felt >= kLeastFelt) return;
-  std::printf("thin %d:%s%s jump %.2f N, gave %.4f (%.4f) J, most %.2f N, felt %.2f: %s\n", number, rang ? " RINGS" : "",
-              r.finite ? "" : " NOT FINITE", r.jump, r.energy_given, r.energy_moving, r.strongest, felt, p.text.c_str());
+  std::printf("thin %d:%s%s jump %.2f N, gave %.4f (%.4f less motion, %.4f beyond held) J, most %.2f N, felt %.2f: %s\n", number,
+              rang ? " RINGS" : "", r.finite ? "" : " NOT FINITE", r.jump, r.energy_given, r.energy_moving, r.energy_held, r.strongest,
+              felt, p.text.c_str());
   std::fflush(stdout);
 }
 
