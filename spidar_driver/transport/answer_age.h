@@ -9,6 +9,8 @@
 /// (page_test.h). T is a cycle, the least that a repeated answer can be late. A motion of 20 mm/s, half a count a cycle, is enough
 /// within 0.1 s.
 /// Where the motion has turned since, v says nothing about r: a counter that is off by more than any motion since adds the most as well.
+/// Answers that are repeated from several cycles ago go back along the way that they came: they jump, and then are, motor by motor and
+/// reading by reading, those of a fixed number of cycles before. Three in a row decide (kMost), before the jump is taken for a slip.
 /// A board, or its simulation, may always latch the two otherwise: the age that it has shown from the start is taken off, up to
 /// kUsual; before that is known only ages of several cycles count. At rest old counts are the counts of now, and nothing is said.
 #pragma once
@@ -49,6 +51,8 @@ class AnswerAge {
       average(quick_mean_[i], quick_[i], kQuick);
       fast_[i] = 2 * quick_[i] - quick_mean_[i];  // without the lag of a mean while the rate changes evenly
     }
+    if (known_) seekRepeat(motors, position, follows);
+    history_[head_++ % kHistory] = position;
     position_ = position;
     stamp_ns_ = stamp_ns;
     since_ = follows ? since_ + dt : 0;
@@ -79,6 +83,21 @@ class AnswerAge {
   const PageTest& evidence() const noexcept { return evidence_; }
 
  private:
+  /// Is this reading one of before, as the last one was, or a jump back to one?
+  void seekRepeat(int motors, const MotorWords& position, bool follows) noexcept {
+    if (lag_ > 0 && position == before(lag_)) return evidence_.add(PageTest::kMost);
+    lag_ = 0;
+    bool jumps = false;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(motors); ++i)
+      jumps = jumps || std::fabs(step(position[i], position_[i])) > kFar;
+    if (follows || !jumps) return;
+    const std::uint32_t kept = std::min(head_, kHistory);
+    for (std::uint32_t lag = 1; lag <= kept && lag_ == 0; ++lag)
+      if (position == before(lag)) lag_ = lag;
+    if (lag_ > 0) evidence_.add(PageTest::kMost);
+  }
+  const MotorWords& before(std::uint32_t lag) const noexcept { return history_[(head_ - lag) % kHistory]; }
+
   /// What it always shows. A block waits for the next one, and none is learned while counts look old: an age that begins is not taken
   /// for the usual one. (Learning only from what looks sound would learn an age below the true one.)
   void learn(double along, double weight, std::int64_t now_ns) noexcept {
@@ -98,6 +117,7 @@ class AnswerAge {
     return static_cast<std::int16_t>(static_cast<std::uint16_t>(a) - static_cast<std::uint16_t>(b));
   }
 
+  static constexpr std::uint32_t kHistory = 256;  ///< readings
   static constexpr double kSlow = 8e-3;      ///< [s] of v as a direction: shorter, and rounding hides a motion of 20 mm/s
   static constexpr double kQuick = 3e-3;     ///< [s] of v over dt: longer, and a hand's shaking looks like an age
   static constexpr double kGap = 5e-3;       ///< [s] between two answers that tell a rate
@@ -115,6 +135,8 @@ class AnswerAge {
 
   PageTest evidence_;
   MotorWords position_{};
+  std::array<MotorWords, kHistory> history_{};
+  std::uint32_t head_ = 0, lag_ = 0;  ///< readings so far; of those that are repeated, how many readings ago: 0: none are
   std::array<double, kMaxBoardMotors> slow_{}, quick_{}, quick_mean_{}, fast_{};  ///< rates [counts/s]
   double cycle_ = 1e-3;  ///< between two questions [s]
   double since_ = 0;     ///< since the first of answers that follow each other [s]

@@ -29,6 +29,7 @@ constexpr std::int64_t kCompareNs = 4000000;
 constexpr int kTurn = 1024;                      // counts: a board that starts anew keeps the fraction of a turn
 constexpr int kOffLine = 40;                     // [counts]; so exactly, with the motion of three readings
 constexpr std::int64_t kTogetherNs = 6000000;    // counters that jump within so long jump together
+constexpr int kWild = 6;  // readings in a row that no motor can have made: twice as many as confirm a counter that jumped
 constexpr double kLossLimit = 0.2;  // of them lost: the board is out of step, or its table is spoilt
 
 }  // namespace
@@ -62,6 +63,7 @@ void BoardAnswers::begin(std::int64_t now_ns, std::int64_t delay_ns) noexcept {
     b.lesson.begin();
     b.age.begin(1e-9 * static_cast<double>(cycle_.period_ns));
     b.jumped = 0;
+    b.refused = 0;
   }
   exam_ = Exam{};
   age_ = PageTest{};
@@ -143,7 +145,10 @@ void BoardAnswers::takeAnswer(int board, const std::uint8_t* bytes, int size,
   if (!question.owed) return story_.count(LinkStory::kDoubled);
   if (question.exchange != exchange) story_.count(LinkStory::kLate);
   const std::int64_t stamp = question.sent_ns + cycle_.offsetNs(board) + kReplyDelayNs;
-  if (!takePositions(board, bytes, size, stamp)) return;
+  board_[board].heard_ns = stamp;
+  const bool believed = takePositions(board, bytes, size, stamp);
+  board_[board].refused = believed ? 0 : board_[board].refused + 1;
+  if (!believed) return;
   board_[board].exchange = question.exchange;
   board_[board].stamp_ns = stamp;
   board_[board].unanswered_ns = 0;
@@ -168,6 +173,7 @@ bool BoardAnswers::takePositions(int board, const std::uint8_t* bytes, int size,
     counters_restarted_ = true;
     suspect(Cause::kRestarted, board);  // a board that lost power lost its length table as well
   }
+  if (board_[board].age.evidence().decided()) suspect(Cause::kOldCounts, board);
   return believed;
 }
 
@@ -392,6 +398,10 @@ bool BoardAnswers::expired(std::int64_t at_ns) const noexcept {
   return false;
 }
 
+bool BoardAnswers::wild() const noexcept {
+  return std::any_of(board_.begin(), board_.begin() + cycle_.boardCount(), [](const BoardState& b) { return b.refused >= kWild; });
+}
+
 /// A board is silent since the first question that it owes an answer to, not since the last answer: a loop
 /// that stood still has asked nothing. Patience is less while the board may hold more than the least tension,
 /// until it has answered what came after the last such command.
@@ -402,7 +412,7 @@ std::uint32_t BoardAnswers::mute(std::int64_t now_ns, std::int64_t last_pull_ns)
     if (!question.owed) continue;
     // Another board's mark may have proven the first answers lost.
     const std::int64_t asked = board_[b].unanswered_ns > 0 ? board_[b].unanswered_ns : question.sent_ns;
-    const std::int64_t since = std::max({board_[b].stamp_ns, ready_ns_, resumed_ns_, asked - cycle_.period_ns});
+    const std::int64_t since = std::max({board_[b].heard_ns, ready_ns_, resumed_ns_, asked - cycle_.period_ns});
     const bool may_pull = last_pull_ns > 0 && board_[b].stamp_ns - cycle_.period_ns <= last_pull_ns;
     if (now_ns - since <
         static_cast<std::int64_t>(1e9 * (may_pull ? settings_.zero_after_s : settings_.silent_after_s)))

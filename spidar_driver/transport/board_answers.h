@@ -72,6 +72,9 @@ class BoardAnswers {
   /// the story.
   std::uint32_t mute(std::int64_t now_ns, std::int64_t last_pull_ns) const noexcept;
 
+  /// The counts of some board have been for several answers such as no motor can make: it answers, and is not believed.
+  bool wild() const noexcept;
+
   bool allFresh() const noexcept;  ///< every board has answered since the last `takeFresh`
   void takeFresh() noexcept;       ///< (in realtime)
   /// (in realtime) Counts, all at the instant of the oldest board's, stamp and age in exchanges.
@@ -82,6 +85,8 @@ class BoardAnswers {
   struct BoardState {
     std::uint64_t exchange = 0;  ///< whose question its counts answer
     std::int64_t stamp_ns = 0;   ///< latch of its counts
+    std::int64_t heard_ns = 0;   ///< latch of its last answer, believed or not
+    int refused = 0;             ///< answers in a row that were not believed
     std::int64_t unanswered_ns = 0;  ///< when the first question since went out whose answer is lost; 0: none
     bool fresh = false;          ///< new since the last sample that had new counts of all
     double lost = 0;             ///< share of the last questions without an answer

@@ -235,7 +235,7 @@ void UartBoards::judge() noexcept {
 
 /// Why the boards are out of step, or keep being so.
 WireFinding UartBoards::finding() const noexcept {
-  if (!restarting_) return WireFinding::kNone;
+  if (!restarting_) return answers_ && answers_->wild() ? WireFinding::kCountsWild : WireFinding::kNone;
   switch (restart_.trouble()) {
     case BusRestart::Trouble::kNone:
       break;

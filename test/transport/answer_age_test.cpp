@@ -71,6 +71,21 @@ TEST(AnswerAge, RepliesOfCyclesAgoAreSeenWhileTheGripMoves) {
         }
 }
 
+/// Answers of many cycles ago jump back along the way that they came: they are known at once, before somebody takes them for a slip.
+TEST(AnswerAge, RepliesThatGoBackAlongTheWayAreSeenAtOnce) {
+  for (const auto& models : kModels)
+    for (const int cycles : {8, 20, 77, 200}) {
+      Device d(models);
+      d.plant.speed = 0.3;
+      for (int k = 0; k < 600; ++k) ASSERT_EQ(d.tick().finding, WireFinding::kNone) << k << d.driver->trouble();
+      d.bus.replayReplies(cycles);
+      int seen = 0;
+      for (int k = 1; k <= 10 && !seen; ++k)
+        if (d.tick().finding == WireFinding::kOldCounts) seen = k;
+      EXPECT_GT(seen, 0) << models.size() << " boards, " << cycles << " cycles";
+    }
+}
+
 TEST(AnswerAge, RepliesOfASwingingGripAreSeen) {
   for (const auto& models : kModels)
     for (const int cycles : {1, 3, 20, 200}) {

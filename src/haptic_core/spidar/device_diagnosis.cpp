@@ -27,6 +27,7 @@ constexpr CauseRow kRows[] = {
     {DeviceCause::kBoardRestarted, kCounterRestarted, 0, 0, 0, C::kStop, C::kStop, true},
     {DeviceCause::kAnswersLost, kNothing, 0, 0, bit(WireFinding::kAnswersLost), C::kStop, C::kPause, false},
     {DeviceCause::kNoise, kNothing, 0, 0, bit(WireFinding::kNoise), C::kStop, C::kPause, false},
+    {DeviceCause::kCounterJumped, kLinkLost, 0, 0, bit(WireFinding::kCountsWild), C::kStop, C::kStop, true},
     {DeviceCause::kBoardSilent, std::uint64_t{kLinkLost} | kSilenceLasts, 0, 0, 0, C::kStop, C::kPause, false},
     {DeviceCause::kLoopLate, kLinkLost | kLoopLate, 0, 0, 0, C::kPause, C::kPause, false},
     {DeviceCause::kBoardSilent, kLinkLost, 0, 0, 0, C::kPause, C::kPause, false},
@@ -114,6 +115,7 @@ DeviceCause causeOf(WireFinding finding) noexcept {
     case WireFinding::kAnswersLost:
     case WireFinding::kNoise:
     case WireFinding::kOldCounts:
+    case WireFinding::kCountsWild:
       for (const CauseRow& row : kRows)
         if (row.findings & bit(finding)) return row.cause;
   }

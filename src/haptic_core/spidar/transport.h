@@ -40,6 +40,7 @@ enum class WireFinding : std::uint8_t {
   kAnswersLost,      ///< it loses one command in five
   kNoise,            ///< bytes come without end
   kOldCounts,        ///< its answers bring counts of cycles ago
+  kCountsWild,       ///< it answers with counts that no motor can have made
 };
 
 /// What one exchange brought. `counts` are unwrapped; boards answer before they execute, so they belong to the

@@ -73,7 +73,7 @@ Wrench along(double x, double y, double z) {
 
 TEST(Diagnosis, EveryRowCanBeReachedAndEveryCauseHasWords) {
   std::set<DeviceCause> seen;
-  const WireFinding last = WireFinding::kOldCounts;
+  const WireFinding last = WireFinding::kCountsWild;
   for (int status = 0; status <= static_cast<int>(LinkStatus::kRestarted); ++status)
     for (int finding = 0; finding <= static_cast<int>(last); ++finding)
       for (int a = 0; a < 40; ++a)
@@ -92,6 +92,8 @@ TEST(Diagnosis, BeingLateIsNeverABrokenDevice) {
   EXPECT_EQ(diagnose(kLinkLost | kLoopLate, LinkStatus::kStale, WireFinding::kNone).cause, DeviceCause::kLoopLate);
   EXPECT_EQ(diagnose(kAnswersLost | kLoopLate, LinkStatus::kOk, WireFinding::kNone).cause, DeviceCause::kLoopLate);
   EXPECT_EQ(diagnose(kLinkLost, LinkStatus::kStale, WireFinding::kNone).cause, DeviceCause::kBoardSilent);
+  // A motor whose string broke runs away: its board answers all the while.
+  EXPECT_EQ(diagnose(kLinkLost, LinkStatus::kStale, WireFinding::kCountsWild).cause, DeviceCause::kCounterJumped);
   EXPECT_EQ(diagnose(kLinkLost | kLoopLate | kSilenceLasts, LinkStatus::kStale, WireFinding::kNone).presenting, Consequence::kStop);
   for (const WireFinding finding : {WireFinding::kPowerLost, WireFinding::kTableSpoilt, WireFinding::kWrongMode})
     EXPECT_EQ(diagnose(kLinkLost | kLoopLate, LinkStatus::kSilent, finding).cause, causeOf(finding));
