@@ -6,6 +6,17 @@
 namespace haptic::stepping {
 namespace {
 
+/// A wrench or twist at P in P's axes, about W's origin in W's axes, and back. Means are taken about one point: the patch moves within a
+/// step, and one place's moment is none of the other's.
+template <class Screw>
+Screw aboutOrigin(const Screw& of_P, const Pose& X_WP) noexcept {
+  return of_P.rotated(X_WP.R).shifted(-X_WP.p);
+}
+template <class Screw>
+Screw inPatch(const Screw& of_W, const Pose& X_WP) noexcept {
+  return of_W.shifted(X_WP.p).rotated(X_WP.R.transpose());
+}
+
 /// Takes the wrenches of the island's couplings over the part to their hands.
 void bookCouplings(const Model& model, const ImplicitStage& stage, const SolvedPart& part, State& state, StepBooks& books) noexcept {
   const Island& island = stage.island;
@@ -51,7 +62,7 @@ void bookPairs(const WorldSettings& settings, const ImplicitStage& stage, const 
     const ContactMeans& earlier = part.mean == Mean::kOfStages ? books.first.pair[i] : pair.means;
     pair.means = pressed ? books.last.pair[i].mixed(1 - w, earlier) : ContactMeans{};
     const ContactMeans& means = pair.means;
-    books.impulse[i] += means.done.shifted(-books.place[i].p) * h;
+    books.impulse[i] += means.done * h;
     memory = FrictionMemory{};
     if (now) {
       memory = stage.contacts.all()[next].force.memory;
@@ -61,8 +72,8 @@ void bookPairs(const WorldSettings& settings, const ImplicitStage& stage, const 
     memory.began = std::max(memory.began, !first_part ? before.began : before.began == 1 ? kStillBegins : 0.0);
     const Twist& V_led = books.V_led[i];
     if (settings.energy_ledger) state.energy.external -= h * power(means.done, V_led);
-    const Matrix3 R_PW = books.place[i].R.transpose();
-    const ContactPower work = contactPower(means.F.rotated(R_PW), means.elastic.rotated(R_PW), (means.V + V_led).rotated(R_PW)) * h;
+    const Pose& X_WP = books.place[i];
+    const ContactPower work = contactPower(inPatch(means.F, X_WP), inPatch(means.elastic, X_WP), inPatch(means.V + V_led, X_WP)) * h;
     const double beyond = work.elastic + before.elastic_energy - memory.elastic_energy;
     state.energy.bookPressure(work.damping, beyond, before, memory, pair.buried);
     const double friction = work.friction + before.energy - memory.energy;
@@ -90,19 +101,17 @@ void gather(const ImplicitStage& stage, StageWrenches& found, StepBooks& books) 
   const Island& island = stage.island;
   for (int i = 0; i < island.pair_count; ++i) found.pair[island.pairs[i]] = ContactMeans{};
   const auto add = [&](const auto& pressed) {  // the patch that comes last is the pair's place
-    Pose& place = books.place[pressed.pair];
-    Wrench& done = found.pair[pressed.pair].done;
-    done = done.shifted(pressed.X_WP.p - place.p) + pressed.done_P.rotated(pressed.X_WP.R);
-    place = pressed.X_WP;
-    books.V_led[pressed.pair] = pressed.V_led_P.rotated(place.R);
+    books.place[pressed.pair] = pressed.X_WP;
+    found.pair[pressed.pair].done += aboutOrigin(pressed.done_P, pressed.X_WP);
+    books.V_led[pressed.pair] = aboutOrigin(pressed.V_led_P, pressed.X_WP);
   };
   for (const Brush& b : stage.contacts.brushes()) add(b);
   for (const ImplicitContact& c : stage.contacts.all()) {
     add(c);
     ContactMeans& means = found.pair[c.pair];
-    means.F = c.force.F_BP_P.rotated(c.X_WP.R);
-    means.elastic = c.force.elastic().rotated(c.X_WP.R);
-    means.V = c.V_P.rotated(c.X_WP.R);
+    means.F = aboutOrigin(c.force.F_BP_P, c.X_WP);
+    means.elastic = aboutOrigin(c.force.elastic(), c.X_WP);
+    means.V = aboutOrigin(c.V_P, c.X_WP);
   }
   for (std::size_t p = 0; p < stage.forces.couplings.size(); ++p) {
     found.coupling[p] = stage.forces.couplings[p].F_W;
@@ -127,7 +136,7 @@ void bookStanding(const Model& model, const ImplicitStage& stage, double h, Stat
     ContactMeans& means = state.pairs[i].means;
     means = books.last.pair[i];
     means.V = Twist{};
-    books.impulse[i] = means.done.shifted(-books.place[i].p) * h;
+    books.impulse[i] = means.done * h;
     if (model.settings.energy_ledger) state.energy.external -= h * power(means.done, books.V_led[i]);
   }
   bookCouplings(model, stage, {h, h, Mean::kOfEnd, 0}, state, books);

@@ -35,7 +35,7 @@ struct SolvedPart {
 
 /// Wrenches and velocities at the end of a stage; of contacts, only what belongs to the island.
 struct StageWrenches {
-  std::vector<ContactMeans> pair;  ///< by pair: about the patch that touches; `done` of other patches of the pair adds up
+  std::vector<ContactMeans> pair;  ///< by pair: of the patch that touches; `done` of other patches of the pair adds up
   std::vector<Wrench> coupling;    ///< by pointer: on its link, about the link's origin, in W's axes
   std::vector<Twist> V_coupled;    ///< by pointer: of the link's origin
   ForcePower forces;               ///< of the island's force elements
@@ -48,7 +48,7 @@ struct StepBooks {
   double length = 0;                     ///< of the last island's step [s]
   std::vector<Wrench> impulse;           ///< by pair: of the step so far, on its B, about W's origin
   std::vector<Pose> place;               ///< by pair: X_WP of the patch that pressed last
-  std::vector<Twist> V_led;              ///< by pair: there, in W's axes, see ImplicitContact
+  std::vector<Twist> V_led;              ///< by pair: about W's origin, see ImplicitContact
   std::vector<double> event;             ///< by pair: share of the step after which its friction changed its mode last; 1: it did not
   std::vector<Wrench> coupling_impulse;  ///< by pointer: of the step so far, about its link's origin
   std::vector<double> coupling_work;     ///< by pointer: on its link in the step so far [J]

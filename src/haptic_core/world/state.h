@@ -54,8 +54,8 @@ class CacheInA {
   PairCache before_, cache_;
 };
 
-/// Means over a step of what a contact did, as the step's scheme applied it: BDF2 goes on from those of the step before. On B, about the
-/// patch's P, in W's axes.
+/// Means over a step of what a contact did, as the step's scheme applied it: BDF2 goes on from those of the step before. On B, about W's
+/// origin, for the patch moves meanwhile.
 struct ContactMeans {
   Wrench done;        ///< that moved the bodies [N·m], [N]
   Wrench F, elastic;  ///< of the contact's law at the velocities found, `done` up to the solve's tolerance; the part k Vol n of F
@@ -232,7 +232,7 @@ struct State {
   /// Numbers in front of a packed state: its format, and what another layout would have otherwise.
   static constexpr std::size_t kHead = 6;
   /// Counts up where a field gets another meaning and not another number of numbers: such a state would move otherwise, unnoticed.
-  static constexpr double kFormat = 4;
+  static constexpr double kFormat = 5;
   /// Contents of a packed state beside the fields.
   struct Layout {
     int pairs = 0, wrenches = 0;  ///< so many
