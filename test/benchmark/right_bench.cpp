@@ -1,6 +1,6 @@
 /// `./run bench right`: contact against statics, kinematics and conservation laws, with every integrator.
 ///
-/// An argument runs only the groups whose name contains it: corner, seam, overlay, carrier, balance, energy, impact, rolling.
+/// An argument runs only the groups whose name contains it: corner, seam, overlay, carrier, balance, energy, power, impact, rolling.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -178,7 +178,8 @@ int main(int argc, char** argv) {
     const char* name;
     void (*run)();
   } groups[] = {{"overlay", runOverlay}, {"carrier", runCarriers}, {"balance", runBalances}, {"seam", runSeams},
-                {"impact", runImpacts},  {"energy", runEnergy},    {"corner", runCorners},   {"rolling", runRolling}};
+                {"impact", runImpacts},  {"energy", runEnergy},    {"corner", runCorners},   {"rolling", runRolling},
+                {"power", runPower}};
   for (const auto& group : groups) {
     if (argc > 1 && !std::strstr(group.name, argv[1])) continue;
     std::fprintf(stderr, "%s\n", group.name);

@@ -14,6 +14,7 @@ void runCarriers();   ///< carrier.*
 void runBalances();   ///< wrench.*, momentum.*
 void runEnergy();     ///< energy.*
 void runImpacts();    ///< impact.*, runaway.*
+void runPower();      ///< power.*
 void runRolling();    ///< roll.*
 
 }  // namespace haptic::bench
