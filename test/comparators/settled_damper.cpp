@@ -118,9 +118,9 @@ PairLaw weakened(const PairLaw& law, double share, double area) noexcept {
 }  // namespace
 
 void settleForce(const Model& model, const ActivePair& pair, const ReleaseMemory& last, const std::vector<int>& on_link,
-                 const Advance& advance, Work& work, ContactEvaluation& c) noexcept {
+                 const Advance& advance, Work& work, ContactEvaluation& c, LocatedEvent& event) noexcept {
   const auto forceAt = [&](const Twist& V, const PairLaw& law, const Advance& how) {
-    return locatedForce(c.volume, c.X_AB, work.contacts.workspace, V, pair.friction, law, how);
+    return forceWithEvents(c.volume, c.X_AB, work.contacts.workspace, V, pair.friction, law, how, event);
   };
   c.force = forceAt(c.V_AB_P, c.law, advance);
   if (advance.time == 0) return;

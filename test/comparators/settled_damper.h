@@ -8,15 +8,16 @@
 #pragma once
 #include "haptic_core/world/contact_evaluation.h"
 #include "haptic_core/world/work.h"
+#include "located_events.h"
 #include "verlet_memory.h"
 
 namespace haptic::comparators {
 
-/// (in realtime) Fills the force of a located contact. `on_link` counts the contacts that share a body's
+/// (in realtime) Fills the force of a located contact, and its event within the step. `on_link` counts the contacts that share a body's
 /// mass: with the mass whole, dampers that settle without regard to one another would correct a body between hand and
 /// floor twice; shared out, their sum is stable however many there are (mass splitting: Tonge, Benevolenski, Voroshilov,
 /// Mass splitting for jitter-free parallel rigid body simulation, 2012).
 void settleForce(const Model& model, const ActivePair& pair, const ReleaseMemory& last, const std::vector<int>& on_link,
-                 const Advance& advance, Work& work, ContactEvaluation& contact) noexcept;
+                 const Advance& advance, Work& work, ContactEvaluation& contact, LocatedEvent& event) noexcept;
 
 }  // namespace haptic::comparators

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "haptic_core/stepping/flow.h"
 #include "haptic_core/world/link_forces.h"
 #include "haptic_core/world/pair_search.h"
 #include "point_contact.h"
@@ -28,6 +29,7 @@ class VelocityVerlet : public Comparator {
   };
 
   SteppedTree inPlace(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept;
+  void finish(const Model& model, const ModelTree& tree, double h, State& state, Work& work) noexcept;
   bool isPrimed(const Model& model, const ModelTree& tree, const State& state) const noexcept;
   void prime(const Model& model, double h, State& state, Work& work, Report& report) noexcept;
   void evaluate(const Model& model, double h, bool advances, State& state, Work& work, Report& report) noexcept;
@@ -50,26 +52,43 @@ auto movesOf(const Model& model, const HandWork& hands) {
   return [&model, &hands](int tree) { return hands.movesByItself(model.trees[tree]); };
 }
 
-void book(const JointReport* joints, State& state, StepReport& report) noexcept {
-  if (!joints) return;
-  state.energy.damping += joints->damping;
-  state.energy.friction += joints->friction;
-  state.energy.external += joints->drives;
-  report.closure = std::max(report.closure, joints->closure);
-  if (!joints->converged) report.flags |= kJointsNotConverged;
+/// v += dt M⁻¹ pull at the poses in `work`. Not of joints with laws.
+void kick(const SteppedTree& tree, double dt) noexcept {
+  if (!tree.model->isFreeBody()) {
+    for (int i = 0; i < tree.model->nv(); ++i) tree.v[i] += dt * tree.pull[i];
+    return;
+  }
+  const Matrix3& R = tree.work->X_WL.R;
+  Eigen::Map<Vector6>(tree.v).head<3>() += dt * (R * (tree.model->link(0).I_O_inverse * (R.transpose() * Eigen::Map<Vector3>(tree.pull))));
+  Eigen::Map<Vector6>(tree.v).tail<3>() += dt * Eigen::Map<Vector3>(tree.pull + 3);
 }
 
 SteppedTree VelocityVerlet::inPlace(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept {
-  SteppedTree stepped;
-  stepped.model = tree.model.get();
-  stepped.motion = work.joints[model.indexOf(tree)].get();
-  stepped.commands = state.commands.data() + tree.command;
-  stepped.q = state.q.data() + tree.q;
-  stepped.v = state.v.data() + tree.v;
-  stepped.pull = pull_.data() + tree.v;
+  SteppedTree stepped = stepping::inPlace(model, tree, state, work);
+  stepped.pull = pull_.data() + tree.v;  // which it keeps from one step to the next
   stepped.half = v_half_.data() + tree.v;
-  stepped.work = work.placement.link.data() + tree.link;
   return stepped;
+}
+
+/// Ends the step of a tree, with the impulses of events about the links' origins.
+void VelocityVerlet::finish(const Model& model, const ModelTree& tree, double h, State& state, Work& work) noexcept {
+  SteppedTree stepped = inPlace(model, tree, state, work);
+  const Vector3& gravity = model.settings.gravity;
+  const Wrench* events = contacts_.has_kick ? contacts_.kick.data() + tree.link : nullptr;
+  if (stepped.motion) {  // events pull in the next step
+    readPull(stepped, gravity, scratch_);
+    for (int i = 0; events && i < tree.model->linkCount(); ++i) {
+      addGeneralisedForce(*tree.model, stepped.work, i, events[i] * (1 / h), stepped.work[i].p_WO, stepped.pull);
+    }
+    return;
+  }
+  finishVerlet(stepped, gravity, h, scratch_);
+  if (!events) return;
+  for (int i = 0; i < tree.model->linkCount(); ++i) stepped.work[i].F_ext = events[i];
+  stepped.pull = v_ahead_.data() + tree.v;  // scratch
+  readPull(stepped, Vector3::Zero(), scratch_);
+  kick(stepped, 1);
+  forwardVelocities(*tree.model, stepped.v, stepped.work);
 }
 
 /// The velocities after the next half kick.
@@ -107,7 +126,6 @@ void VelocityVerlet::evaluate(const Model& model, double h, bool advances, State
   stepping::lookForPairs(model, 0, state, work, report.step);
   Advance advance;
   advance.time = advances ? h : 0;
-  advance.second_order = true;
   evaluateContacts(model, contact_model_, advance, state, work, contacts_, report);
   pullCoupled(model, h, advances, state, work);
   LinkWork* link = work.placement.link.data();
@@ -167,7 +185,7 @@ void VelocityVerlet::advance(const Model& model, double h, State& state, Work& w
   const bool books = model.settings.energy_ledger;
   if (books) noteForces(model, work);
   for (const ModelTree* tree : work.hands.movers) {
-    book(startVerlet(inPlace(model, *tree, state, work), gravity, h, scratch_), state, report.step);
+    stepping::book(startVerlet(inPlace(model, *tree, state, work), gravity, h, scratch_), state, report.step);
   }
   moveHeld(model, state, work.hands, work.placement);
   for (const int t : work.visits.trees) {  // startVerlet has placed the others
@@ -175,8 +193,7 @@ void VelocityVerlet::advance(const Model& model, double h, State& state, Work& w
   }
   evaluate(model, h, true, state, work, report);
   for (const ModelTree* tree : work.hands.movers) {
-    const Wrench* events = contacts_.has_kick ? contacts_.kick.data() + tree->link : nullptr;
-    finishVerlet(inPlace(model, *tree, state, work), gravity, h, events, scratch_);
+    finish(model, *tree, h, state, work);
     const int t = model.indexOf(*tree);
     primed_[t] = 1;
     state.last_step[t] = h;

@@ -18,15 +18,15 @@ void addKick(int link_a, int link_b, const Wrench& J_W, const Vector3& p_W, cons
 }
 
 /// Keeps a contact until its work is booked, when the velocities at the end are known.
-void noteContact(int index, const ActivePair& pair, const ContactEvaluation& c,
+void noteContact(int index, const ActivePair& pair, const ContactEvaluation& c, const LocatedEvent& event,
                  VerletContacts& contacts) noexcept {
   BookedContact contact;
   contact.pair = index;
   contact.X_WP = c.X_WP;
   contact.F_BP_P = c.force.F_BP_P;
   contact.elastic_P = c.force.elastic();
-  contact.J_BP_P = c.force.impulse_P;
-  contact.elastic_impulse_P = c.force.elastic_impulse_P;
+  contact.J_BP_P = event.impulse_P;
+  contact.elastic_impulse_P = event.elastic_P;
   contact.sticking = c.force.sticking;
   contact.before = pair.friction;
   contact.last = contacts.memory[index];
@@ -81,12 +81,13 @@ void release(const Model& model, int index, const Advance& advance, State& state
 
 /// Velocity Verlet takes half of its impulse from the force before and half from the force after, and adds what events change:
 /// the wrench that does the same over the whole step.
-void reportMean(const ReleaseMemory& before, bool touched, const LocatedForce& force, double h, ContactReport& contact) noexcept {
+void reportMean(const ReleaseMemory& before, bool touched, const LocatedEvent& event, double h, ContactReport& contact) noexcept {
   Wrench mean = contact.F_BP_W * 0.5;
   if (touched) mean += before.F_BP_W.shifted(contact.X_WP.p - before.X_WP.p) * 0.5;
-  if (force.has_impulse) mean += force.impulse_P.rotated(contact.X_WP.R) * (1 / h);
+  if (event.has_impulse) mean += event.impulse_P.rotated(contact.X_WP.R) * (1 / h);
   contact.F_BP_W = mean;
   contact.normal_force = mean.force.dot(contact.X_WP.R.col(2));
+  contact.event = event.at;
 }
 
 /// Contacts that share the mass of each link, as the last evaluation left them; what stands still has none to share.
@@ -138,20 +139,21 @@ void evaluatePair(const Model& model, ContactModel contact_model, int index, con
   Advance on = advance;
   on.belt = c.belt;
   on.run = advance.time;
-  settleForce(model, pair, contacts.memory[index].release, contacts.on_link, on, work, c);
+  LocatedEvent event;
+  settleForce(model, pair, contacts.memory[index].release, contacts.on_link, on, work, c, event);
   const Wrench F_BP_W = c.force.F_BP_P.rotated(c.X_WP.R);
   placement.link[link_b].addWrench(F_BP_W, c.X_WP.p);
   placement.link[link_a].addWrench(-F_BP_W, c.X_WP.p);
-  if (c.force.has_impulse) addKick(link_a, link_b, c.force.impulse_P.rotated(c.X_WP.R), c.X_WP.p, placement, contacts);
+  if (event.has_impulse) addKick(link_a, link_b, event.impulse_P.rotated(c.X_WP.R), c.X_WP.p, placement, contacts);
   FrictionMemory memory = c.force.memory;
   const bool touched = pair.friction.touching != 0;
   memory.elastic_energy = contact_model ? 0.5 * c.law.material.stiffness * c.volume.volume * c.volume.depth
                                         : elasticEnergy(c.volume, c.law.material.stiffness, workspace);
-  if (model.settings.energy_ledger) noteContact(index, pair, c, contacts);
+  if (model.settings.energy_ledger) noteContact(index, pair, c, event, contacts);
   pair.friction = memory;
   ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
   ReleaseMemory& release = contacts.memory[index].release;
-  if (advance.time > 0) reportMean(release, touched, c.force, advance.time, contact);
+  if (advance.time > 0) reportMean(release, touched, event, advance.time, contact);
   release = releaseOf(c.volume, c.V_AB_P, c.X_WP, c.force);
   if (memory.began != 0) {
     report.addImpact(-c.V_AB_P.linear.z(), c.law.reduced_mass, advance.time * model.settings.gravity.norm());

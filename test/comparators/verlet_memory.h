@@ -28,7 +28,7 @@ struct BookedContact {
   int pair = -1;  ///< index in the state's pairs
   Pose X_WP;      ///< of the patch
   /// Force at the evaluation; impulse beside it.
-  Wrench F_BP_P, J_BP_P;                ///< force, and the impulse that corrects it, see LocatedForce
+  Wrench F_BP_P, J_BP_P;                ///< force, and the impulse that corrects it, see LocatedEvent
   Wrench elastic_P, elastic_impulse_P;  ///< of these the spring's
   bool sticking = false;                ///< friction held it
   bool parted = false;                  ///< it ended within the step: no force, and the patch is the last one

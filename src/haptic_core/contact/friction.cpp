@@ -32,8 +32,6 @@ struct Layer {
   Planar force(const Planar& slip, const Planar& rate) const {
     return {-A0 * (k * slip.force + b * rate.force), -J * (k * slip.torque + b * rate.torque)};
   }
-  /// Of two slips or rates, per stiffness.
-  double product(const Planar& a, const Planar& b) const { return A0 * a.force.dot(b.force) + J * a.torque * b.torque; }
   Planar slipFor(const Planar& f) const { return {-f.force / (A0 * k), J > 0 ? -f.torque / (J * k) : 0.0}; }
 };
 
@@ -258,7 +256,6 @@ class Evaluation {
   bool isDragged() const { return slid_ && advance_.yielding == Yielding::kDragged; }
   Planar standOff(double mu, const Planar& held, FrictionForce& out) const;
   void bringBack(const Planar& held, FrictionForce& out);
-  void correctYield(const LimitEllipsoid& now, const Planar& held, FrictionForce& out) const;
 
   const ContactVolume& contact_;
   ContactWorkspace& workspace_;
@@ -273,8 +270,7 @@ class Evaluation {
   Planar rate_, old_rate_, before_, slip_;
   Planar seen_;           ///< rate, by the damper
   Planar trial_, force_;  ///< force before and after yielding
-  double stop_ = 1;       ///< share of the step after which the slip came to a stop
-  bool stops_ = false, slides_ = false;
+  bool slides_ = false;
 };
 
 void Evaluation::load(const Pose& X_AB, const Twist& V, FrictionForce& out) {
@@ -295,11 +291,6 @@ void Evaluation::load(const Pose& X_AB, const Twist& V, FrictionForce& out) {
     out.renewed = now.turned;
     if (advance_.mean_rate) seen_ = (slip_ - before_) * (1 / advance_.time);
   }
-  // The slip came to a stop after the share `stop` of the step: only what came after loads the springs.
-  const double forward = layer_.product(old_rate_, old_rate_), backward = -layer_.product(old_rate_, rate_);
-  stops_ = slid_ && advance_.second_order && backward > 0;
-  stop_ = stops_ ? forward / (forward + backward) : 1.0;
-  if (stops_) slip_ = before_ + rate_ * (0.5 * (1 - stop_) * advance_.time);
   out.trial.slip_A = contact_.X_AP.R.leftCols<2>() * slip_.force;
   out.trial.twist = slip_.torque;
   trial_ = layer_.force(slip_, seen_);
@@ -363,18 +354,6 @@ void Evaluation::bringBack(const Planar& held, FrictionForce& out) {
     return;
   }
   slides_ = !solving_ && trial_.dot(rate_) < 0;
-  if (!slides_) out.event = stop_;
-}
-
-/// ∫f dt over a step that yields after the share α: f0 … limit, then sliding; the rule takes (f0 + f1) h/2.
-void Evaluation::correctYield(const LimitEllipsoid& now, const Planar& held, FrictionForce& out) const {
-  const double load1 = now.load(trial_);
-  const double alpha = std::clamp((1 - memory_.load) / std::max(load1 - memory_.load, 1e-300), 0.0, 1.0);
-  const Planar f0{(R_PA_ * out.since.toA(memory_.force_M)).head<2>(), memory_.torque};
-  const Planar missed = (f0 * (alpha - 1) + held * alpha + force_ * (1 - 2 * alpha)) * (0.5 * advance_.time);
-  out.event = alpha;
-  out.impulse = missed.force;
-  out.angular_impulse = missed.torque;
 }
 
 void Evaluation::yield(FrictionForce& out) {
@@ -387,8 +366,7 @@ void Evaluation::yield(FrictionForce& out) {
   slides_ = slid_ || (advance_.yielding != Yielding::kNever && out.load > 1);
   force_ = trial_;
   if (slides_) bringBack(held, out);
-  out.renewed = out.renewed || stops_ || slides_;
-  if (slides_ && !slid_ && !fresh_ && advance_.second_order && out.load >= 1) correctYield(now, held, out);
+  out.renewed = out.renewed || slides_;
   out.force = force_.force;
   out.torque = force_.torque;
   out.slip = slip_.force;

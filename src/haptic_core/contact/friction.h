@@ -134,7 +134,6 @@ enum class Yielding : unsigned char {
 /// How the memory advances to this evaluation.
 struct Advance {
   double time = 0;            ///< since the last one, or the base of a stage [s]; 0: the memory stays
-  bool second_order = false;  ///< the velocities at both ends are known: instants between them are located
   Yielding yielding = Yielding::kAtOnce;  ///< whether it may begin or stop sliding
   /// The damper sees the mean rate between the two poses, not the one at this instant: of steps of first order, whose rate
   /// lies off by the turn of the carrier within a step, and would hold a share of the force for ever.
@@ -196,9 +195,6 @@ struct FrictionForce {
   double twist = 0;                         ///< [rad]
   double load = 0;                          ///< share of the limit that is used [1]
   bool sliding = false;                     ///< μ holds; else μ0
-  double event = 1;                         ///< share of the step after which it began to slide or stuck; 1: neither
-  Vector2 impulse = Vector2::Zero();        ///< error of the trapezoidal rule for ∫f dt because of the event [N·s]
-  double angular_impulse = 0;               ///< [N·m·s]
   /// The layer as it answers a change of slip, in (x, y, about n): A0, A0, J [m², m⁴] while stuck, without the
   /// direction of slip while sliding. ∂f/∂slip = -k_t times it, ∂f/∂rate = -b_t times it.
   Matrix3 compliant_area = Matrix3::Zero();

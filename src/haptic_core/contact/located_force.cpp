@@ -1,54 +1,6 @@
 #include "haptic_core/contact/located_force.h"
 
-#include <algorithm>
-#include <cmath>
-
-#include "haptic_core/base/elementary.h"
-
 namespace haptic {
-namespace {
-
-/// How a contact began inside the step: since when, and by how much a damper beside the spring has slowed the approach.
-struct Touch {
-  double since = 0;  ///< [s]; 0: not inside this step
-  double decay = 0;  ///< x of e⁻ˣ [1]
-
-  static Touch of(const ContactVolume& contact, double approach, const PairLaw& law, const FrictionMemory& memory,
-                  const Advance& advance) {
-    Touch touch;
-    if (!advance.second_order || memory.touching != 0) return touch;
-    if (!(approach > 0) || contact.depth >= advance.time * approach) return touch;
-    touch.since = contact.depth / approach;
-    const bool brakes = jumpsAtTouch(law.pressure) && law.reduced_mass > 0;
-    if (brakes) touch.decay = law.material.damping * contact.A0 * touch.since / law.reduced_mass;
-    return touch;
-  }
-  double slowed() const { return elementary::exp(-decay); }
-  /// Mean of the damper's force over the time since, by the force at its end.
-  double mean() const { return decay > 0 ? elementary::expm1(decay) / decay : 1.0; }
-};
-
-/// A contact that began inside the step, after the share α. Its force grows like (t - t_touch)ⁿ with n = 1 on a
-/// face, 2 on an edge, 3 on a corner: from dVol/dt = A0 ḋ, n = A0·depth/Vol. Then ∫F dt = F s/(n + 1) with s the
-/// time since touch, of a damper alone (force like Vol's rate) F s/n; the trapezoidal rule takes F h/2.
-void correctTouch(const ContactVolume& contact, const NormalPressure& normal, const Touch& touch, PressureLaw law,
-                  double h, LocatedForce& out) {
-  if (!(touch.since > 0)) return;
-  const double since = touch.since;
-  const double n = std::clamp(contact.A0 * contact.depth / contact.volume, 1.0, 3.0);
-  const double spring = since / (n + 1) - h / 2, damper = touch.mean() * since / n - h / 2;
-  const double elastic = jumpsAtTouch(law) ? normal.elastic_force : normal.force;
-  const double moments = jumpsAtTouch(law) ? damper : spring;
-  out.elastic_impulse_P = out.elastic() * spring;
-  out.impulse_P += out.beyond_P * spring;
-  out.impulse_P.force.z() += spring * elastic + damper * (normal.force - elastic);
-  out.impulse_P.torque.head<2>() += moments * Vector2(normal.first.y(), -normal.first.x());
-  out.event = 1 - since / h;
-  out.has_impulse = true;
-}
-
-}  // namespace
-
 ContactPower contactPower(const Wrench& F, const Wrench& elastic, const Twist& V) noexcept {
   const Wrench rest = F - elastic;
   return {-power(elastic, V), -(rest.force.z() * V.linear.z() + rest.torque.head<2>().dot(V.angular.head<2>())),
@@ -76,10 +28,7 @@ Matrix6 PatchTangent::combined(double x, double y) const noexcept {
 LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, ContactWorkspace& workspace, const Twist& V,
                           const FrictionMemory& memory, const PairLaw& law, const Advance& advance) noexcept {
   LocatedForce out;
-  const Touch touch = Touch::of(contact, -V.linear.z(), law, memory, advance);
-  Twist V_end = V;  // slower than predicted: the damper has been at work since the touch
-  if (touch.decay > 0) V_end.linear.z() *= touch.slowed();
-  const NormalPressure normal = normalPressure(contact, workspace, V_end, law.pressure, law.material);
+  const NormalPressure normal = normalPressure(contact, workspace, V, law.pressure, law.material);
   const FrictionForce friction = frictionForce(contact, X_AB, workspace, normal, V, memory, law, advance);
   out.normal_force = normal.force;
   out.elastic_force = normal.elastic_force;
@@ -92,14 +41,6 @@ LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, Contac
   out.beyond_P = out.gradient_P * shareBeyond(normal);
   out.F_BP_P += out.beyond_P;
   out.sticking = !friction.sliding;
-  out.event = friction.event;
-  if (advance.second_order) {
-    out.impulse_P.force.head<2>() = friction.impulse;
-    out.impulse_P.torque.z() = friction.angular_impulse;
-    out.has_impulse = !friction.impulse.isZero(0) || friction.angular_impulse != 0;
-    correctTouch(contact, normal, touch, law.pressure, advance.time, out);
-  }
-
   out.tangent = {normal.stiffness, normal.damping, friction.compliant_area, law.material.tangential_stiffness,
                  tangentialDamping(law, layerArea(contact))};
   out.belt = advance.belt;

@@ -34,10 +34,6 @@ struct LocatedForce {
   bool clipped = false;       ///< the damper would pull somewhere: the pressure is held at 0 there
   PressedVolume pressed;      ///< of a clipped patch
   bool incomplete = false;    ///< faces laid over one another had no room for all of their corners
-  double event = 1;           ///< share of the step after which it touched, yielded or stuck; 1: none of them
-  bool has_impulse = false;   ///< `impulse` is not zero
-  Wrench impulse_P;           ///< error of the trapezoidal rule over the step because of that [N·m·s, N·s]
-  Wrench elastic_impulse_P;   ///< of it that of the spring [N·m·s, N·s]
   PatchTangent tangent;       ///< linearisation for implicit steps and certificates
   /// Wrench of the spring: k Vol n, and the terms beyond it that make it a gradient.
   Wrench elastic() const { return {gradient_P.torque, gradient_P.force + Vector3(0, 0, elastic_force)}; }

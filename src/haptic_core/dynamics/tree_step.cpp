@@ -51,13 +51,12 @@ void readJointed(const SteppedTree& tree, const Vector3& gravity, TreeStepScratc
   for (int i = 0; i < nv; ++i) pull[i] -= alone[i];
 }
 
-/// Generalised forces of the wrenches in `work` and of kicks spread over the step. Takes the wrenches away.
-void gatherForces(const SteppedTree& tree, double h, const Wrench* kick) {
+/// Generalised forces of the wrenches in `work`. Takes the wrenches away.
+void gatherForces(const SteppedTree& tree) {
   std::fill(tree.pull, tree.pull + tree.model->nv(), 0.0);
   for (int i = 0; i < tree.model->linkCount(); ++i) {
     LinkWork& link = tree.work[i];
-    Wrench F = link.F_ext;
-    if (kick) F += kick[i] * (1 / h);
+    const Wrench F = link.F_ext;
     link.F_ext = Wrench{};
     addGeneralisedForce(*tree.model, tree.work, i, F, link.p_WO, tree.pull);
   }
@@ -77,7 +76,6 @@ void coastJointed(const SteppedTree& tree, const Vector3& gravity, double h, Tre
 void TreeStepScratch::fit(const Articulation& articulation) {
   const auto grow = [](auto& scratch, int size) { scratch.resize(std::max<std::size_t>(scratch.size(), size)); };
   grow(stages, rungeKuttaScratch(articulation));
-  grow(pull, articulation.nv());
   grow(alone, articulation.nv());
   grow(wrenches, articulation.linkCount());
 }
@@ -107,57 +105,27 @@ const JointReport* startVerlet(const SteppedTree& tree, const Vector3& gravity, 
   return joints;
 }
 
-void finishVerlet(const SteppedTree& tree, const Vector3& gravity, double h, const Wrench* kick,
-                  TreeStepScratch& scratch) noexcept {
-  if (tree.motion) {
-    gatherForces(tree, h, kick);
-  } else if (tree.model->isFreeBody()) {
-    const LinkModel& link = tree.model->link(0);
+void finishVerlet(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept {
+  readPull(tree, gravity, scratch);
+  std::copy(tree.half, tree.half + tree.model->nv(), tree.v);
+  if (tree.model->isFreeBody()) {
     LinkWork& work = *tree.work;
-    readFree(link, work.F_ext, gravity, tree.pull);
-    std::copy(tree.half, tree.half + 6, tree.v);
-    double with_events[6];
-    const double* pull = tree.pull;
-    if (kick) {
-      Wrench F = work.F_ext;
-      F += *kick * (2 / h);
-      readFree(link, F, gravity, with_events);
-      pull = with_events;
-    }
-    kickFree(link, work.X_WL.R, pull, h / 2, tree.v);
+    kickFree(tree.model->link(0), work.X_WL.R, tree.pull, h / 2, tree.v);
     work.omega = Vector3(tree.v[0], tree.v[1], tree.v[2]);
     work.velocity = Vector3(tree.v[3], tree.v[4], tree.v[5]);
   } else {
-    const int links = tree.model->linkCount();
-    readJointed(tree, gravity, scratch, tree.pull);
-    std::copy(tree.half, tree.half + tree.model->nv(), tree.v);
-    const double* pull = tree.pull;
-    if (kick) {
-      for (int i = 0; i < links; ++i) tree.work[i].F_ext += kick[i] * (2 / h);
-      readJointed(tree, gravity, scratch, scratch.pull.data());
-      for (int i = 0; i < links; ++i) tree.work[i].F_ext += kick[i] * (-2 / h);
-      pull = scratch.pull.data();
-    }
-    kickJointed(tree, pull, h / 2);
+    kickJointed(tree, tree.pull, h / 2);
     forwardVelocities(*tree.model, tree.v, tree.work);
   }
 }
 
 void readPull(const SteppedTree& tree, const Vector3& gravity, TreeStepScratch& scratch) noexcept {
   if (tree.motion) {
-    gatherForces(tree, 1, nullptr);
+    gatherForces(tree);
   } else if (tree.model->isFreeBody()) {
     readFree(tree.model->link(0), tree.work->F_ext, gravity, tree.pull);
   } else {
     readJointed(tree, gravity, scratch, tree.pull);
-  }
-}
-
-void kick(const SteppedTree& tree, double dt) noexcept {
-  if (tree.model->isFreeBody()) {
-    kickFree(tree.model->link(0), tree.work->X_WL.R, tree.pull, dt, tree.v);
-  } else {
-    kickJointed(tree, tree.pull, dt);
   }
 }
 

@@ -1,8 +1,8 @@
 /// Velocity Verlet of one articulation, cut where a world evaluates wrenches: one call for free bodies, trees and
 /// trees whose joints have laws. A free body takes its short way inside, with no look at joints.
 ///
-/// Velocity Verlet: `startVerlet` with the pull of the last evaluation; the caller adds wrenches at the new q and the
-/// predicted v; `finishVerlet`. The first step of all needs `readPull` before it.
+/// Velocity Verlet: `startVerlet` with the pull that `readPull` has read at the start; the caller adds wrenches at the new q and the
+/// predicted v; `finishVerlet`.
 /// Between the kicks a free body moves without forces, to fifth order (free_body.h), a tree under gravity, to fourth
 /// (runge_kutta.h): chains whip, and their Coriolis forces are no smaller than contact forces. Joints with laws move by
 /// TreeMotion, with the pull of the step's start.
@@ -33,7 +33,7 @@ struct SteppedTree {
 /// Scratch of these steps, one for all trees of a world.
 struct TreeStepScratch {
   void fit(const Articulation& articulation);  ///< set-up: grows to what this tree needs
-  std::vector<double> stages, pull, alone;     ///< sized by `fit`
+  std::vector<double> stages, alone;           ///< sized by `fit`
   std::vector<Wrench> wrenches;                ///< by link, all zero
 };
 
@@ -42,15 +42,10 @@ struct TreeStepScratch {
 const JointReport* startVerlet(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept;
 
 /// (in realtime) The other half of the kick, from v½, by the wrenches in `work`; v and the velocities in `work` are those
-/// of the step's end, `pull` is read for the next. `kick`: impulses of located events besides, by link, about O in W
-/// [N·m·s, N·s]; null: none.
-void finishVerlet(const SteppedTree& tree, const Vector3& gravity, double h, const Wrench* kick,
-                  TreeStepScratch& scratch) noexcept;
+/// of the step's end, `pull` is read for the next. Not with `motion`, which has done it.
+void finishVerlet(const SteppedTree& tree, const Vector3& gravity, double h, TreeStepScratch& scratch) noexcept;
 
 /// (in realtime) `pull` from the wrenches in `work`, and nothing else.
 void readPull(const SteppedTree& tree, const Vector3& gravity, TreeStepScratch& scratch) noexcept;
-
-/// (in realtime) v += dt M⁻¹ pull at the poses in `work`. Not with `motion`.
-void kick(const SteppedTree& tree, double dt) noexcept;
 
 }  // namespace haptic

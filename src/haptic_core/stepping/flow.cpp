@@ -8,9 +8,7 @@
 #include "haptic_core/world/applied_wrench.h"
 
 namespace haptic::stepping {
-namespace {
 
-/// A tree in the arrays of state and work.
 SteppedTree inPlace(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept {
   SteppedTree stepped;
   stepped.model = tree.model.get();
@@ -32,6 +30,8 @@ void book(const JointReport* joints, State& state, StepReport& report) noexcept 
   report.closure = std::max(report.closure, joints->closure);
   if (!joints->converged) report.flags |= kJointsNotConverged;
 }
+
+namespace {
 
 /// Of a tree that has flowed: of the drift by its stages, of what pulls as velocity Verlet's, of laws that are not smooth as symplectic
 /// Euler's, h/2 |v₁ - v₀| [m].
@@ -70,8 +70,10 @@ void flow(const Model& model, int t, double h, State& state, Work& work, StepRep
   if (pulled) addWrenches(model, state, t, links);
   readPull(stepped, gravity, work.motion.scratch);
   book(startVerlet(stepped, gravity, h, work.motion.scratch), state, report);
-  if (pulled) addWrenches(model, state, t, links);
-  finishVerlet(stepped, gravity, h, nullptr, work.motion.scratch);
+  if (pulled && !stepped.motion) {
+    addWrenches(model, state, t, links);
+    finishVerlet(stepped, gravity, h, work.motion.scratch);
+  }
   work.position_error = std::max(work.position_error, flowError(model, tree, h, pulled, state, work));
 }
 

@@ -11,6 +11,12 @@
 
 namespace haptic::stepping {
 
+/// (in realtime) A tree in the arrays of state and work.
+SteppedTree inPlace(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept;
+
+/// (in realtime) What the laws of joints took and gave in a step; null: there are none.
+void book(const JointReport* joints, State& state, StepReport& report) noexcept;
+
 /// (in realtime) Moves one tree by h [s].
 void flow(const Model& model, int tree, double h, State& state, Work& work, StepReport& report) noexcept;
 

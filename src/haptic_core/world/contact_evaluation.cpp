@@ -95,7 +95,6 @@ ContactReport reportOf(const Model& model, const ActivePair& pair, const Contact
   contact.area = volume.A0;
   contact.depth = volume.depth;
   contact.sticking = force.sticking;
-  contact.event = force.event;
   contact.flags = volume.flags | (force.incomplete ? ContactVolume::kCapacityExceeded : 0u);
   return contact;
 }

@@ -29,18 +29,17 @@ class FlushCube : public ::testing::Test {
     contactVolume(floor_, cube_, X_AB_, cache, workspace_, contact_);
     depth_ = depth;
   }
-  /// After a step in which the cube moved as V says (with `second_order` from the twist of the last step on), where the
-  /// memory knows of one. The patch stays what it is.
+  /// The cube goes on for a time as V says; the patch stays what it is.
+  void move(const Twist& V, double time) {
+    const Matrix3& R_AP = contact_.X_AP.R;
+    const Vector3 turn = time * (R_AP * V.angular), way = time * (R_AP * V.linear);
+    const double angle = turn.norm();
+    const Matrix3 R = angle > 0 ? Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix() : Matrix3::Identity();
+    X_AB_ = Pose(R, contact_.X_AP.p + way - R * contact_.X_AP.p) * X_AB_;
+  }
+  /// After a step in which the cube moved as V says, where the memory knows of one.
   LocatedForce force(const Twist& V, const FrictionMemory& memory, const Advance& advance) {
-    if (memory.touching != 0) {
-      const Twist mean = advance.second_order ? Twist{0.5 * (V.angular + V_.angular), 0.5 * (V.linear + V_.linear)} : V;
-      const Matrix3& R_AP = contact_.X_AP.R;
-      const Vector3 turn = advance.time * (R_AP * mean.angular), way = advance.time * (R_AP * mean.linear);
-      const double angle = turn.norm();
-      const Matrix3 R = angle > 0 ? Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix() : Matrix3::Identity();
-      X_AB_ = Pose(R, contact_.X_AP.p + way - R * contact_.X_AP.p) * X_AB_;
-    }
-    V_ = V;
+    if (memory.touching != 0) move(V, advance.time);
     return locatedForce(contact_, X_AB_, workspace_, V, memory, law_, advance);
   }
   double load() const { return law_.material.stiffness * kArea * depth_; }  ///< N at rest [N]
@@ -52,7 +51,6 @@ class FlushCube : public ::testing::Test {
   ContactVolume contact_;
   PairLaw law_;
   Pose X_AB_;   ///< of the cube, as friction is told
-  Twist V_;     ///< in P's axes
   double depth_ = 0;
 };
 

@@ -17,7 +17,7 @@ TEST_F(Friction, AStuckPatchIsAnElasticLayerWithItsDamper) {
   const double h = 1e-3;
   for (const Vector3& rate : {Vector3(2e-3, -1e-3, 0), Vector3(0, 0, 0.05), Vector3(-1e-3, 2e-3, 0.03)}) {
     const Twist V{Vector3(0, 0, rate.z()), Vector3(rate.x(), rate.y(), 0)};
-    const LocatedForce F = force(V, {}, {h, false});
+    const LocatedForce F = force(V, {}, {h});
     const double layer = law_.material.tangential_stiffness * h + law_.material.tangential_damping;  // k_t s + b_t v
     EXPECT_TRUE(F.sticking);
     EXPECT_NEAR((F.F_BP_P.force.head<2>() + kArea * layer * rate.head<2>()).norm(), 0, kRounding * load());
@@ -36,7 +36,7 @@ TEST_F(Friction, SlidesWithMuOnceItHadToHoldMoreThanMuStatic) {
   const double yields_at = law_.material.mu_static * load() / (kt * kArea * h);  // speed whose slip in h is the limit
   for (const double share : {0.5, 0.99, 1.01, 1.5, 30.0}) {
     const Twist V{Vector3::Zero(), share * yields_at * direction};
-    const LocatedForce F = force(V, {}, {h, false});
+    const LocatedForce F = force(V, {}, {h});
     EXPECT_EQ(F.sticking, share < 1) << share;
     const double expected = share < 1 ? share * law_.material.mu_static : law_.material.mu_dynamic;
     EXPECT_NEAR((F.F_BP_P.force.head<2>() + expected * load() * direction.head<2>()).norm(), 0, 1e-9 * load()) << share;
@@ -49,7 +49,7 @@ TEST_F(Friction, ASolveKeepsTheStaticLimitAndANeverYieldingOneIsElastic) {
   law_.material.tangential_damping = 0;
   const double h = 1e-3, speed = 3 * law_.material.mu_static * load() / (law_.material.tangential_stiffness * kArea * h);
   const Twist V{Vector3::Zero(), Vector3(speed, 0, 0)};
-  const LocatedForce keeps = force(V, {}, {h, false, Yielding::kKeepsLimit}), never = force(V, {}, {h, false, Yielding::kNever});
+  const LocatedForce keeps = force(V, {}, {h, Yielding::kKeepsLimit}), never = force(V, {}, {h, Yielding::kNever});
   EXPECT_NEAR(keeps.F_BP_P.force.head<2>().norm(), law_.material.mu_static * load(), 1e-9 * load());
   EXPECT_NEAR(never.F_BP_P.force.head<2>().norm(), 3 * law_.material.mu_static * load(), 1e-9 * load());
   EXPECT_TRUE(never.sticking);
@@ -65,7 +65,7 @@ TEST_F(Friction, NeverGivesEnergyWhileItSlides) {
   for (int i = 0; i < 400; ++i) {
     const double a = 0.05 * i;
     const Twist V{Vector3(0, 0, 0.4 * std::sin(1.7 * a)), Vector3(0.02 * std::cos(a), 0.03 * std::sin(2 * a), 0)};
-    const LocatedForce F = force(V, memory, {h, false});
+    const LocatedForce F = force(V, memory, {h});
     EXPECT_LE(F.F_BP_P.force.head<2>().norm(), law_.material.mu_static * load() * (1 + 1e-9));
     taken -= h * (F.F_BP_P.force.head<2>().dot(V.linear.head<2>()) + F.F_BP_P.torque.z() * V.angular.z());
     memory = F.memory;
@@ -87,7 +87,7 @@ TEST_F(Friction, NeverExceedsWhatAPressureThatIsClippedCanGive) {
   for (const double turn : {0.1, 1.0, 10.0, 100.0}) {
     for (const double lift : {-0.01, 0.0, 0.05, 0.5, 4.0}) {
       for (const double spin : {0.0, 20.0, -300.0}) {
-        const LocatedForce F = force({Vector3(0.3 * turn, turn, spin), Vector3(1, -0.2, lift)}, slid, {1e-3, true});
+        const LocatedForce F = force({Vector3(0.3 * turn, turn, spin), Vector3(1, -0.2, lift)}, slid, {1e-3});
         clipped += F.clipped;
         const Vector2 f = F.F_BP_P.force.head<2>();
         EXPECT_LE(f.norm(), 1.02 * mu * F.normal_force) << turn << " " << lift << " " << spin;
@@ -98,18 +98,6 @@ TEST_F(Friction, NeverExceedsWhatAPressureThatIsClippedCanGive) {
   EXPECT_GT(clipped, 20);
 }
 
-TEST_F(Friction, SticksAgainWhenTheSlipTurnsBack) {
-  const double h = 1e-3;
-  FrictionMemory memory;
-  for (int i = 0; i < 5; ++i) memory = force({Vector3::Zero(), Vector3(0.1, 0, 0)}, memory, {h, true}).memory;
-  ASSERT_EQ(memory.sliding, 1);
-  const double slow = -1e-5;  // less than the springs could drive
-  const LocatedForce F = force({Vector3::Zero(), Vector3(slow, 0, 0)}, memory, {h, true});
-  EXPECT_TRUE(F.sticking);
-  // From 0.1 m/s to -1e-5 m/s at a constant rate: it stops just before the end.
-  EXPECT_NEAR(F.event, 0.1 / (0.1 - slow), 1e-12);
-}
-
 TEST_F(Friction, PointsAgainstTheSlipInWhateverAxesThePatchIsGiven) {
   // The cube turned about its normal by quarters is the same cube: the force in the floor's axes must not change.
   const Vector3 v_A(0.03, 0.01, 0);
@@ -117,7 +105,7 @@ TEST_F(Friction, PointsAgainstTheSlipInWhateverAxesThePatchIsGiven) {
     PairCache cache;
     const Matrix3 R = Eigen::AngleAxisd(quarter * M_PI / 2, Vector3::UnitZ()).toRotationMatrix();
     contactVolume(floor_, cube_, Pose(R, Vector3(0.02, -0.01, 0.15 - depth_)), cache, workspace_, contact_);
-    const LocatedForce F = force({Vector3::Zero(), inP(v_A)}, {}, {1, false});
+    const LocatedForce F = force({Vector3::Zero(), inP(v_A)}, {}, {1});
     const Vector3 f_A = contact_.X_AP.R * Vector3(F.F_BP_P.force.x(), F.F_BP_P.force.y(), 0);
     EXPECT_NEAR((f_A + law_.material.mu_dynamic * load() * v_A.normalized()).norm(), 0, 1e-9 * load());
   }
@@ -125,7 +113,7 @@ TEST_F(Friction, PointsAgainstTheSlipInWhateverAxesThePatchIsGiven) {
 
 TEST_F(Friction, WithoutTorsionThePatchDoesNotResistSpinning) {
   law_.torsion = false;
-  const LocatedForce F = force({Vector3(0, 0, 5), Vector3::Zero()}, {}, {1e-3, false});
+  const LocatedForce F = force({Vector3(0, 0, 5), Vector3::Zero()}, {}, {1e-3});
   EXPECT_EQ(F.F_BP_P.torque.z(), 0);
 }
 

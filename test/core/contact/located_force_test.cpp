@@ -43,7 +43,7 @@ TEST_F(LocatedForces, PowerIsWhatTheWrenchTakes) {
       V.angular[k] = normal(random);
       V.linear[k] = 0.1 * normal(random);
     }
-    const LocatedForce F = force(V, {}, {1e-3, false});
+    const LocatedForce F = force(V, {}, {1e-3});
     const ContactPower taken = contactPower(F.F_BP_P, F.elastic(), V);
     EXPECT_NEAR(taken.elastic + taken.damping + taken.friction, -power(F.F_BP_P, V), 1e-12 * load());
     EXPECT_NEAR(taken.elastic, -F.elastic_force * V.linear.z(), 1e-12 * load());
@@ -55,54 +55,19 @@ TEST_F(LocatedForces, TangentIsTheDerivativeByTheTwist) {
   const double h = 1e-3, small = 1e-7;
   for (const PressureKind& kind : kPressureKinds) {
     law_.pressure = kind.law;
-    const PatchTangent tangent = force({}, {}, {h, false}).tangent;
+    const PatchTangent tangent = force({}, {}, {h}).tangent;
     const Matrix6 D = tangent.combined(0, 1), with_springs = tangent.combined(h, 1);
     for (int k = 0; k < 6; ++k) {
       Vector6 v = Vector6::Zero();
       v[k] = small;
       const Twist V{v.head<3>(), v.tail<3>()};
-      const Vector6 slope = (force(V, {}, {h, 0}).F_BP_P.vector() - force(Twist{} - V, {}, {h, 0}).F_BP_P.vector()) / (2 * small);
+      const Vector6 slope = (force(V, {}, {h}).F_BP_P.vector() - force(Twist{} - V, {}, {h}).F_BP_P.vector()) / (2 * small);
       const bool tangential = k == 2 || k == 3 || k == 4;
       const Vector6 expected = -(tangential ? with_springs : D).col(k);
       // The force is linear there: rounding of the difference, 1e-16 N/1e-7.
       EXPECT_NEAR((slope - expected).norm(), 0, 1e-7 * (1 + expected.norm())) << kind.name << " column " << k;
     }
   }
-}
-
-TEST_F(LocatedForces, TheTrapezoidalRuleAndTheImpulseGiveTheWholeTouch) {
-  // A level face that came down at v for the time s < h: ∫F dt is k A v s²/2 and that of the damper.
-  const double h = 1e-3, v = 0.2;
-  const ContactMaterial& m = law_.material;
-  law_.material.mu_static = law_.material.mu_dynamic = 0;
-  for (const PressureKind& kind : kPressureKinds) {
-    law_.pressure = kind.law;
-    for (const double s : {0.1e-3, 0.5e-3, 0.9e-3}) {
-      sinkTo(v * s);
-      const LocatedForce F = force({Vector3::Zero(), Vector3(0, 0, -v)}, {}, {h, true});
-      const double spring = m.stiffness * kArea * v * s * s / 2;
-      const double damping = kind.damping(m);
-      const double expected = jumpsAtTouch(kind.law) ? spring + damping * kArea * v * s : spring * (1 + damping * v);
-      // Of the volume's depth, eps 0.15 m, against v s ≥ 2e-5 m.
-      EXPECT_NEAR(F.F_BP_P.force.z() * h / 2 + F.impulse_P.force.z(), expected, 1e-10 * expected) << kind.name << " " << s;
-      EXPECT_NEAR(F.event, 1 - s / h, 1e-9);
-    }
-  }
-}
-
-TEST_F(LocatedForces, ADamperThatBeganInsideTheStepHasSlowedTheBody) {
-  // m v' = -b A v since the touch: b A v e⁻ˣ at the end, m v (1 - e⁻ˣ) in all, x = b A s/m.
-  const double h = 1e-3, v = 0.2, s = 0.6e-3;
-  const ContactMaterial& m = law_.material;
-  law_.material.mu_static = law_.material.mu_dynamic = 0;
-  law_.pressure = PressureLaw::kLinear;
-  law_.reduced_mass = m.damping * kArea * s / 0.4;
-  sinkTo(v * s);
-  const LocatedForce F = force({Vector3::Zero(), Vector3(0, 0, -v)}, {}, {h, true});
-  const double spring = m.stiffness * kArea * v * s;
-  EXPECT_NEAR(F.F_BP_P.force.z(), spring + m.damping * kArea * v * std::exp(-0.4), 1e-10 * F.F_BP_P.force.z());
-  const double impulse = spring * s / 2 + law_.reduced_mass * v * (1 - std::exp(-0.4));
-  EXPECT_NEAR(F.F_BP_P.force.z() * h / 2 + F.impulse_P.force.z(), impulse, 1e-10 * impulse);
 }
 
 }  // namespace located_force_test

@@ -1,4 +1,4 @@
-// The steps that a world takes of one articulation: the short way of a free body against the general one, order, kicks.
+// The steps that a world takes of one articulation: the short way of a free body against the general one, order.
 #include "haptic_core/dynamics/tree_step.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ struct Sprung {
     for (long i = std::lround(seconds / h); i > 0; --i) {
       startVerlet(view(), gravity, h, scratch);
       evaluate();
-      finishVerlet(view(), gravity, h, nullptr, scratch);
+      finishVerlet(view(), gravity, h, scratch);
     }
   }
   Vector3 gravity = kGravity;
@@ -108,29 +108,6 @@ TEST(TreeStep, StartVerletLeavesTheKinematicsOfWhereItEnds) {
       EXPECT_EQ(left[i].velocity, s.work[i].velocity) << def.name;
       EXPECT_EQ(left[i].F_ext.vector(), Vector6::Zero()) << def.name;
     }
-  }
-}
-
-TEST(TreeStep, AKickGivesItsMomentum) {
-  for (const TreeDef& def : {body(false), body(true), chain(4, true)}) {
-    Sprung kicked(def), plain(def);
-    const double h = 1e-3;
-    for (Sprung* s : {&kicked, &plain}) {
-      s->evaluate();
-      readPull(s->view(), kGravity, s->scratch);
-      startVerlet(s->view(), kGravity, h, s->scratch);
-      s->evaluate();
-    }
-    std::vector<Wrench> impulses(kicked.tree.linkCount());
-    impulses[0] = {Vector3(1e-3, -2e-3, 3e-3), Vector3(0.02, 0.05, -0.04)};
-    finishVerlet(kicked.view(), kGravity, h, impulses.data(), kicked.scratch);
-    finishVerlet(plain.view(), kGravity, h, nullptr, plain.scratch);
-    const Vector3 p_WO = plain.work[0].p_WO;
-    const Wrench gained = momentum(kicked.tree, kicked.work.data(), p_WO) - momentum(plain.tree, plain.work.data(), p_WO);
-    // The impulse is added as a force of J 2/h to forces of up to 100 N and taken off again: 1e4 eps.
-    EXPECT_LT((gained.torque - impulses[0].torque).norm(), 1e-12) << def.name;
-    EXPECT_LT((gained.force - impulses[0].force).norm(), 1e-12) << def.name;
-    EXPECT_EQ(kicked.pull, plain.pull) << "the next step begins without it";
   }
 }
 
