@@ -119,7 +119,7 @@ void VelocityVerlet::pullCoupled(const Model& model, double h, bool advances, St
   }
 }
 
-/// Contacts and pulls here and now, of a part or, with time 0, of the first one's start.
+/// Contacts and pulls here and now, at the end of a step or, with time 0, at the start of the first one.
 void VelocityVerlet::evaluate(const Model& model, double h, bool advances, State& state, Work& work,
                               Report& report) noexcept {
   work.clock.end(report.step.stages.motion);
