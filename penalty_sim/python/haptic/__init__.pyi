@@ -13,7 +13,6 @@ class SetupError(ValueError): ...
 
 class Scene:
     step: float
-    substeps: int
     gravity: Array
     accuracy: float
     far_step: float
@@ -95,7 +94,7 @@ class StepReport:
     @property
     def position_error(self) -> float: ...
     @property
-    def substeps(self) -> int: ...
+    def parts(self) -> int: ...
     @property
     def finite(self) -> bool: ...
     @property
