@@ -149,7 +149,6 @@ void runPower() {
   figure("power.friction_given_rel", friction, "1");
   figure("power.damper_given_run_rel", damper_run, "1");
   figure("power.friction_given_run_rel", friction_run, "1");
-  figure("power.flagged_pct", 0, "%");  // no stage names a damper or friction that gives
   figure("power.parted_pct", 100.0 * static_cast<double>(parted) / static_cast<double>(steps), "%");
   figure("power.stopped", static_cast<double>(stopped), "1");
 }

@@ -23,6 +23,11 @@ ShapeMotion ledMotion(const Model& model, int shape, const Pose& X_WL, const Twi
   return {X_WL * s.X_LS, X_WL.p, {way.angular / time, way.linear / time}, reachOf(model, s.link)};
 }
 
+/// Up to the touch at first, from there on by shares of the width. `h`: of the sweep [s].
+double untilNextLook(const DepthTimes& at, double h) noexcept {
+  return at.deep < h && at.touch > at.deep - at.touch ? at.touch : at.deep;
+}
+
 /// The motions of an island's shapes over the time left of a step.
 class Sweep {
  public:
@@ -94,8 +99,7 @@ double Sweep::safe(const ActivePair& pair) const noexcept {
   work_.counted.done += units::kSweep;
   const DepthTimes at =
       timesOfDepth(*A.shape, ma, *B.shape, mb, left_, kClearance * width, step, touching ? &pair.cache.normal : nullptr);
-  // Up to the touch in one span, from there on by shares.
-  return std::min(turned, at.deep < left_ && at.touch > at.deep - at.touch ? at.touch : at.deep);
+  return std::min(turned, untilNextLook(at, left_));
 }
 
 /// Share of the way of a hand's link that it may go [1]: `motion` over 1 s is that of the shape s, `other` that of the shape o.
@@ -110,9 +114,10 @@ double safeShare(const Model& model, int s, const ShapeMotion& motion, int o, co
                                              [](const ActivePair& pair, std::uint64_t key) { return pair.key < key; });
   const bool touching = known != end && known->key == ActivePair::keyOf(a, b) && known->friction.touching != 0;
   const ShapeMotion &ma = first ? motion : other, &mb = first ? other : motion;
-  const DepthTimes at = timesOfDepth(*A.shape, ma, *B.shape, mb, 1, kClearance * width, kShareOfWidth * width,
+  // It enters by no more than the clearance: how deep it presses its rows decide (held_proxy.h), which know a contact once it touches.
+  const DepthTimes at = timesOfDepth(*A.shape, ma, *B.shape, mb, 1, kClearance * width, (touching ? kShareOfWidth : kClearance) * width,
                                      touching ? &known->cache.normal : nullptr);
-  return at.deep < 1 && at.touch > at.deep - at.touch ? at.touch : at.deep;
+  return untilNextLook(at, 1);
 }
 
 /// Of the box of a shape that goes so far.

@@ -81,12 +81,17 @@ TEST(Span, ATooFastToolStopsShort) {
     bound.force = 10;
     bound.stiffness = 4000;
     world.setPointerBound(0, bound);
+    double first = 0;  // force of the step in which it touches [N]
     for (int i = 0; i < 200; ++i) {
       world.setPointerTarget(0, Pose(Vector3(0.03, 0, 0)), Twist{});
       if (other) world.setPointerTarget(1, Pose(), Twist{});
       world.step();
       ASSERT_LT(world.linkPose(1).p.x(), 0) << i;
+      if (first == 0) first = world.pointerWrench(0).force.norm();
     }
+    // It enters by a fiftieth of the thickness, of which the hand feels the stiffness that it bears: a quarter of it gave 1 N.
+    EXPECT_GT(first, 0);
+    EXPECT_LT(first, bound.stiffness * 0.05 * kThickness);
     // A weakened contact is at most half as deep as the wall is thick (held_proxy.h).
     EXPECT_NEAR(world.pointerWrench(0).force.x(), -bound.stiffness * 0.5 * kThickness, 1e-3);
   }
