@@ -27,7 +27,7 @@ double secondsOfPair(const World& world, int index, Seams& seams, ContactWorkspa
   ContactEvaluation out;
   std::vector<std::int64_t> times;
   for (int look = 0; look < kLooks; ++look) {
-    ActivePair pair = world.state().pairs[static_cast<std::size_t>(index)];
+    ActivePair pair = world.state().pairs[index];
     const std::int64_t begin = steadyNow();
     locateContact(world.model(), seams, index, pair, places, workspace, out);
     times.push_back(steadyNow() - begin);
@@ -59,16 +59,16 @@ StepCost stepCost(const WorldDef& def, double seconds) {
   Seams seams(model);
   const std::vector<int> held_by(model.links.size(), -1);
   std::map<int, StepCost::Share> shares;
-  for (int i = 0; i < world.state().pair_count; ++i) {
+  world.state().pairs.each([&](int i) {
     const double time = secondsOfPair(world, i, seams, workspace, held_by);
-    const ActivePair& pair = world.state().pairs[static_cast<std::size_t>(i)];
+    const ActivePair& pair = world.state().pairs[i];
     for (const int shape : {pair.shapeA(), pair.shapeB()}) {
       StepCost::Share& share = shares[shape];
       share.name = model.shapes[static_cast<std::size_t>(shape)].name;
       ++share.pairs;
       share.seconds += 0.5 * time;
     }
-  }
+  });
   for (const auto& [shape, share] : shares) cost.of.push_back(share);
   std::stable_sort(cost.of.begin(), cost.of.end(), [](const auto& a, const auto& b) { return a.seconds > b.seconds; });
   return cost;

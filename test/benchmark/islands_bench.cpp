@@ -1,6 +1,6 @@
 /// `./run bench islands`: worlds in which nearly everything stands. What sleep saves and costs in accuracy and energy, how a tick's
 /// time grows with what sleeps, the scene `city` (its robots are found by ROS_PACKAGE_PATH). CPU time of the stepping thread. An argument
-/// runs only the groups whose name contains it: sleep, search, city, peers, scenes_at_10k, rates, replay, units, deadline.
+/// runs only the groups whose name contains it: sleep, search, city, peers, scenes_at_10k, rates, replay, look, units, deadline.
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,12 +14,15 @@
 #include <vector>
 
 #include "../scenes/heap.h"
+#include "../scenes/shipped_scenes.h"
 #include "../scenes/tumbling.h"
 #include "allocation_count.h"
 #include "figure.h"
 #include "haptic_core/base/cpu_time.h"
 #include "haptic_core/base/error.h"
+#include "haptic_core/world/model.h"
 #include "haptic_core/world/state.h"
+#include "haptic_core/world/step_history.h"
 #include "haptic_core/world/work.h"
 #include "islands_scenes.h"
 #include "scene/hand_on_path.h"
@@ -57,7 +60,7 @@ struct Hand {
   Vector3 start;
 };
 
-/// 200 stacks of five that rock at 1e-9 m/s: asleep against awake, without a hand and beside one.
+/// 200 stacks of five that rock at 1e-9 m/s: at rest against awake, without a hand and beside one.
 void measureRatio() {
   for (const bool hand : {false, true}) {
     StackParameters p;
@@ -334,6 +337,54 @@ void measureReplay() {
   figure("allocations.islands", static_cast<double>(allocations), "1");
 }
 
+/// Every const function of a world.
+void lookAt(const World& world) {
+  volatile double sink = world.time() + world.settings().step + world.report().work + static_cast<double>(world.history().size());
+  for (int l = 0; l < world.linkCount(); ++l) {
+    sink = world.linkPose(l).p.x() + world.linkTwist(l).linear.x() + world.linkIndex(world.linkName(l)) + world.stands(l);
+  }
+  for (int j = 0; j < world.jointCount(); ++j) {
+    sink = world.joint(j).effort + world.jointIndex(world.jointName(j)) + world.jointLink(j) + world.obeysCommands(j);
+  }
+  for (int i = 0; i < world.wrenchCount(); ++i) sink = world.wrench(i).link;
+  for (int i = 0; i < world.forceCount(); ++i) sink = world.force(i).p_WA.x() + static_cast<double>(world.forceName(i).size());
+  for (int i = 0; i < world.motionCount(); ++i) sink = world.motion(i).link + world.motionIndex(world.motion(i).name);
+  for (int i = 0; i < world.pointerCount(); ++i) {
+    sink = world.pointerPose(i).p.x() + world.pointerStiffness(i) + world.pointerWrench(i).force.x() + world.pointerForceError(i);
+    sink = world.pointerHome(i) + world.pointerLink(i) + world.canGrab(i, 0) + world.pointerBound(i).force;
+  }
+  for (int i = 0; i < world.contactCount(); ++i) sink = world.contact(i).depth;
+  for (int i = 0; i < world.sensorCount(); ++i) {
+    sink = world.sensorReading(i).specific_force_S.x() + world.sensorIndex(world.sensor(i).name);
+  }
+  sink = world.q().size() + world.v().size() + static_cast<double>(world.hash() % 2) + world.state().time + world.tuning().stiffness_scale;
+  sink = static_cast<double>(world.save().size() + world.planText().size() + world.model().links.size()) + world.work().counted.done;
+  (void)sink;
+}
+
+/// Every shipped scene twice, one of them looked at between its steps.
+void measureLooks() {
+  int differ = 0, wakes = 0, rests = 0;
+  for (const ShippedScene& scene : shippedScenes(HAPTIC_SOURCE_DIR "/urdf/scenes")) {
+    World seen(scene.def.world), unseen(scene.def.world);
+    bool same = true, awake = false;
+    for (int i = 0; i < 1500; ++i) {
+      for (World* world : {&seen, &unseen}) {
+        followPaths(scene.def, *world);
+        world->step();
+      }
+      if (i % 10 == 0) lookAt(seen);
+      same &= seen.hash() == unseen.hash();
+      awake |= seen.work().activity.trees() != unseen.work().activity.trees();
+      rests += seen.work().activity.trees() > 0;
+    }
+    differ += !same, wakes += awake;
+  }
+  figure("look.bits_differ", differ, "scenes");
+  figure("look.wakes", wakes, "scenes");
+  figure("look.steps_with_rest", rests, "1");
+}
+
 }  // namespace
 }  // namespace haptic::bench
 
@@ -347,6 +398,7 @@ int main(int argc, char** argv) {
   if (wants("scenes_at_10k")) measureScenesAt10k();
   if (wants("rates")) measureRates();
   if (wants("replay")) measureReplay();
+  if (wants("look")) measureLooks();
   if (wants("units")) measureUnits();
   if (wants("deadline")) measureDeadline();
   return 0;

@@ -113,8 +113,8 @@ Run run(const WorldDef& def) {
     const auto now = energies();
     for (int k = 0; k < 2; ++k) out.exchanged = std::max(out.exchanged, std::abs(now[k] - first[k]));
     const State& state = world.state();
-    if (state.pair_count == 0) continue;
-    const ActivePair& pair = state.pairs[0];
+    if (state.pairs.awake().empty()) continue;
+    const ActivePair& pair = state.pairs[state.pairs.awake()[0]];
     const double held_before = held;
     held = pair.friction.energy;
     if (world.contactCount() == 0) continue;

@@ -123,7 +123,7 @@ void VelocityVerlet::pullCoupled(const Model& model, double h, bool advances, St
 void VelocityVerlet::evaluate(const Model& model, double h, bool advances, State& state, Work& work,
                               Report& report) noexcept {
   work.clock.end(report.step.stages.motion);
-  stepping::lookForPairs(model, 0, state, work, report.step);
+  stepping::lookForPairs(model, 0, state, work, report);
   Advance advance;
   advance.time = advances ? h : 0;
   evaluateContacts(model, contact_model_, advance, state, work, contacts_, report);

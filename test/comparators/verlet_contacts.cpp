@@ -93,7 +93,7 @@ void reportMean(const ReleaseMemory& before, bool touched, const LocatedEvent& e
 /// Contacts that share the mass of each link, as the last evaluation left them; what stands still has none to share.
 void countContacts(const Model& model, const State& state, std::vector<int>& on_link) noexcept {
   std::fill(on_link.begin(), on_link.end(), 0);
-  for (int i = 0; i < state.pair_count; ++i) {
+  for (const int i : state.pairs.awake()) {
     const ActivePair& pair = state.pairs[i];
     if (pair.friction.touching == 0) continue;
     for (const int shape : {pair.shapeA(), pair.shapeB()}) {
@@ -162,24 +162,21 @@ void evaluatePair(const Model& model, ContactModel contact_model, int index, con
   work.clock.end(times.force);
 }
 
-/// The memory of each pair of the state.
+/// The memory of each pair of the state: of the last evaluation, or none.
 void remember(const State& state, VerletContacts& contacts) noexcept {
-  contacts.scratch.clear();
-  std::size_t old = 0;
-  for (int i = 0; i < state.pair_count; ++i) {
-    const std::uint64_t key = state.pairs[i].key;
-    while (old < contacts.memory.size() && contacts.memory[old].key < key) ++old;
-    const bool known = old < contacts.memory.size() && contacts.memory[old].key == key;
-    contacts.scratch.push_back(known ? contacts.memory[old] : PairMemory{});
-    contacts.scratch.back().key = key;
+  ++contacts.evaluations;
+  for (const int i : state.pairs.awake()) {
+    PairMemory& memory = contacts.memory[i];
+    if (memory.key != state.pairs[i].key || memory.evaluation + 1 != contacts.evaluations) memory = PairMemory{};
+    memory.key = state.pairs[i].key;
+    memory.evaluation = contacts.evaluations;
   }
-  std::swap(contacts.memory, contacts.scratch);
 }
 
 }  // namespace
 
 VerletContacts::VerletContacts(const Model& model) : on_link(model.links.size()), kick(model.links.size()) {
-  memory.reserve(model.pair_capacity), scratch.reserve(model.pair_capacity), booked.reserve(model.pair_capacity);
+  memory.resize(model.pair_capacity), booked.reserve(model.pair_capacity);
 }
 
 void evaluateContacts(const Model& model, ContactModel contact_model, const Advance& advance, State& state, Work& work,
@@ -191,8 +188,8 @@ void evaluateContacts(const Model& model, ContactModel contact_model, const Adva
   work.clock.end(report.step.stages.search);
   countContacts(model, state, contacts.on_link);
   Seams& seams = work.contacts.seams;
-  if (seams.any()) seams.find(state.pairs.data(), nullptr, state.pair_count, work.placement.X_WS.data(), work.contacts.workspace);
-  for (int i = 0; i < state.pair_count; ++i) evaluatePair(model, contact_model, i, advance, state, work, contacts, report);
+  if (seams.any()) seams.find(state.pairs.data(), state.pairs.awake(), work.placement.X_WS.data(), work.contacts.workspace);
+  for (const int i : state.pairs.awake()) evaluatePair(model, contact_model, i, advance, state, work, contacts, report);
 }
 
 }  // namespace haptic::comparators

@@ -18,6 +18,7 @@ struct ReleaseMemory {
 
 struct PairMemory {
   std::uint64_t key = 0;           ///< ActivePair::key
+  std::uint64_t evaluation = 0;    ///< VerletContacts::evaluations when its boxes overlapped last
   ReleaseMemory release;           ///< for the instant at which it parts
   ContactPower power;              ///< that its force takes from what kicks move [W]
   ContactPower power_rate;         ///< of the same wrench while the bodies speed up [W/s]
@@ -25,7 +26,7 @@ struct PairMemory {
 
 /// A contact until its work is booked.
 struct BookedContact {
-  int pair = -1;  ///< index in the state's pairs
+  int pair = -1;  ///< slot in the state's pairs
   Pose X_WP;      ///< of the patch
   /// Force at the evaluation; impulse beside it.
   Wrench F_BP_P, J_BP_P;                ///< force, and the impulse that corrects it, see LocatedEvent
@@ -39,7 +40,8 @@ struct BookedContact {
 
 /// All that the contacts of a step hand to its motion and books.
 struct VerletContacts {
-  std::vector<PairMemory> memory, scratch;  ///< by pair of the state
+  std::vector<PairMemory> memory;  ///< by slot of the state's pairs
+  std::uint64_t evaluations = 0;   ///< so far
   std::vector<int> on_link;        ///< by world link: contacts that touched at the last evaluation
   std::vector<Wrench> kick;        ///< by world link, about O: impulses of events inside the step [N·m·s, N·s]
   bool has_kick = false;           ///< else `kick` holds nothing of this step

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "haptic_core/base/dense_matrix.h"
 #include "haptic_core/dynamics/joint_space_inertia.h"
@@ -35,11 +34,11 @@ Linearisation::Linearisation(const World& world, const std::function<bool()>& go
   gravity_ = world.settings().gravity;
   for (const ModelTree& tree : model_.trees) moves_.push_back(!tree.model->isStatic() && held_by_[tree.link] < 0);
   for (std::size_t s = 0; s < model_.shapes.size(); ++s) shapes_of_[treeOf(static_cast<int>(s))].push_back(static_cast<int>(s));
-  for (int i = 0; i < state_.pair_count; ++i) {
+  state_.pairs.each([this](int i) {
     const int a = treeOf(state_.pairs[i].shapeA()), b = treeOf(state_.pairs[i].shapeB());
     pairs_of_[a].push_back(i);
     if (b != a) pairs_of_[b].push_back(i);
-  }
+  });
   linearise(goOn);
 }
 
@@ -59,7 +58,7 @@ void Linearisation::placeAll(const std::vector<double>& q) {
 template <class Visit>
 void Linearisation::eachContact(const std::vector<int>& which, Visit&& visit) {
   for (const int i : which) pairs_[i] = state_.pairs[i];
-  if (seams_.any()) seams_.find(pairs_.data(), which.data(), static_cast<int>(which.size()), X_WS_.data(), workspace_);
+  if (seams_.any()) seams_.find(pairs_.data(), which, X_WS_.data(), workspace_);
   const ContactPlaces places{work_.data(), X_WS_.data(), held_by_.data()};
   ContactEvaluation contact;
   for (const int i : which) {
@@ -114,8 +113,8 @@ void Linearisation::linearise(const std::function<bool()>& goOn) {
     if (n > 0) massMatrix(*tree.model, work_.data() + tree.link, block.data());
     M.push_back(block);
   }
-  std::vector<int> all(static_cast<std::size_t>(state_.pair_count));
-  std::iota(all.begin(), all.end(), 0);
+  std::vector<int> all;
+  state_.pairs.each([&all](int i) { all.push_back(i); });
   double least_depth = 1e300;
   eachContact(all, [&](const ActivePair& pair, const ContactEvaluation& contact) {
     addContact(pair, contact);

@@ -93,7 +93,7 @@ class Linearisation {
 
   const Model& model_;
   const State& state_;
-  std::vector<ActivePair> pairs_;  ///< the state's, whose caches advance
+  PairStore<ActivePair> pairs_;  ///< the state's, whose caches advance
   Seams seams_;
   ContactWorkspace workspace_;
   std::vector<int> held_by_;

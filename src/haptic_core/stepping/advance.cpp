@@ -1,5 +1,6 @@
 #include "haptic_core/stepping/advance.h"
 
+#include "haptic_core/stepping/activity.h"
 #include "haptic_core/stepping/flow.h"
 #include "haptic_core/stepping/implicit_islands.h"
 #include "haptic_core/stepping/led_contacts.h"
@@ -15,7 +16,7 @@ void lead(const Model& model, double h, State& state, Work& work, Report& report
   moveHeld(model, state, work.hands, work.placement);
   placeTrees(model, work.visits.trees, state, work.placement);
   work.clock.end(report.step.stages.motion);
-  lookForPairs(model, h, state, work, report.step);
+  lookForPairs(model, h, state, work, report);
   evaluateLed(model, h, state, work, report);
 }
 
@@ -32,8 +33,6 @@ void advance(const Model& model, double h, State& state, Work& work, Report& rep
     stepImplicitIslands(model, h, state, work, report);
   }
   report.step.position_error += work.position_error;
-  report.step.pairs = state.pair_count;
-  report.step.contacts = report.contacts.size();
 }
 
 }  // namespace haptic::stepping

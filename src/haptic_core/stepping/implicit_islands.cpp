@@ -4,6 +4,7 @@
 
 #include "haptic_core/stepping/island_solve.h"
 #include "haptic_core/stepping/own_rate.h"
+#include "haptic_core/stepping/rest.h"
 #include "haptic_core/stepping/turns.h"
 #include "haptic_core/world/applied_wrench.h"
 #include "haptic_core/world/link_forces.h"
@@ -77,17 +78,9 @@ void stepImplicitIslands(const Model& model, double h, State& state, Work& work,
     const Island island = work.islands[i];
     ++report.step.implicit_islands;
     if (waits(model, island, state)) {
-      const bool told = work.standing.holds(island.trees[0]);  // it has had its turn now
-      if (!told && work.standing.repeats(model, island, state)) work.standing.repeat(island, report);
-      if (!told && !work.standing.holds(island.trees[0])) work.standing.note(island, report.contacts.size(), report);
-      work.asleep.note(island);
+      const bool told = work.visits.phase[island.trees[0]] != Phase::kMoves;  // it has had its turn now
+      if (!told) work.activity.leaveAgain(island, state, work.visits, report);
       report.step.waiting += island.tree_count;
-      continue;
-    }
-    if (may_stand && work.standing.repeats(model, island, state)) {
-      work.standing.repeat(island, report);
-      work.asleep.note(island);
-      report.step.standing += island.tree_count;
       continue;
     }
     const int first_contact = report.contacts.size();
@@ -100,12 +93,9 @@ void stepImplicitIslands(const Model& model, double h, State& state, Work& work,
     const bool stands = solved && solved->stands && standsAlone(model, island, state);
     if (stands) report.step.standing += island.tree_count;
     const bool leaves = !stands && may_stand && isCommonTurn(model, state) && mayWait(model, island, state, work.placement);
-    if (may_stand && stands) work.standing.note(island, first_contact, report);
-    if (!leaves) continue;
-    wait(island, state.step + 1, firstTurn(model, state, work.rates.load), state);
-    work.standing.note(island, first_contact, report);
-    work.asleep.note(island);
-    report.step.waiting += island.tree_count;
+    if (leaves) wait(island, state.step + 1, firstTurn(model, state, work.rates.load), state);
+    if (leaves) report.step.waiting += island.tree_count;
+    if (leaves || (may_stand && stands)) work.activity.leave(island, first_contact, state, work.visits, report);
   }
   if (!implicit.begun) return;
   report.step.closure = std::max(report.step.closure, implicit.stage.joints.closure(work.placement.link.data()));

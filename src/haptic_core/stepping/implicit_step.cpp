@@ -168,7 +168,7 @@ void eulerToTheEnd(const Model& model, State& state, ImplicitWork& work) noexcep
 void beginIslands(const Model& model, State& state, const std::vector<int>& trees, const HandWork& hands, Seams& seams, double h,
                   ImplicitWork& work) noexcept {
   beginStages(model, state, trees, hands, seams, h, work.stage);
-  openBooks(state.pair_count, work.books);
+  openBooks(state.pairs.awake(), work.books);
   work.begun = true;
 }
 

@@ -4,7 +4,7 @@
 
 #include "haptic_core/stepping/flow.h"
 #include "haptic_core/stepping/span.h"
-#include "haptic_core/stepping/standing_islands.h"
+#include "haptic_core/stepping/rest.h"
 #include "haptic_core/world/link_forces.h"
 
 namespace haptic::stepping {

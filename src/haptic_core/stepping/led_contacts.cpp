@@ -61,14 +61,15 @@ void evaluatePair(const Model& model, int index, double h, State& state, Work& w
 
 void evaluateLed(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
   const auto moves = [&](int shape) { return work.hands.movesByItself(model.trees[model.treeOf(shape)]); };
-  const auto isLed = [&](const ActivePair& pair) { return !moves(pair.shapeA()) && !moves(pair.shapeB()); };
+  const auto isLed = [&](int i) { return !moves(state.pairs[i].shapeA()) && !moves(state.pairs[i].shapeB()); };
+  const std::vector<int>& awake = state.pairs.awake();
   report.contacts.clear();
   work.clock.end(report.step.stages.search);
-  if (std::none_of(state.pairs.begin(), state.pairs.begin() + state.pair_count, isLed)) return;
+  if (std::none_of(awake.begin(), awake.end(), isLed)) return;
   Seams& seams = work.contacts.seams;
-  if (seams.any()) seams.find(state.pairs.data(), nullptr, state.pair_count, work.placement.X_WS.data(), work.contacts.workspace);
-  for (int i = 0; i < state.pair_count; ++i) {
-    if (isLed(state.pairs[i])) evaluatePair(model, i, h, state, work, report);
+  if (seams.any()) seams.find(state.pairs.data(), awake, work.placement.X_WS.data(), work.contacts.workspace);
+  for (const int i : awake) {
+    if (isLed(i)) evaluatePair(model, i, h, state, work, report);
   }
 }
 

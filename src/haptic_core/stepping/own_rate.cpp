@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "haptic_core/stepping/span.h"
-#include "haptic_core/stepping/standing_islands.h"
+#include "haptic_core/stepping/rest.h"
 #include "haptic_core/world/applied_wrench.h"
 
 namespace haptic::stepping {
@@ -77,7 +77,7 @@ double foreseen(const Model& model, const State& state, int tree, double h) noex
   if (model.turn_steps <= 1) return h;
   const std::uint64_t turn = state.turn[tree];
   const double on = model.turn_steps * model.settings.step;
-  // What stands goes nowhere: it is found by whatever comes, asleep or awake.
+  // What stands goes nowhere: it is found by whatever comes, left out or not.
   if (turn == 0) return isCommonTurn(model, state) && !isStill(model, tree, state) ? h + on : h;
   const double until = std::max(0.0, static_cast<double>(turn) - static_cast<double>(state.as_of[tree])) * model.settings.step;
   return turn > state.step ? until : until + std::max(h, on);

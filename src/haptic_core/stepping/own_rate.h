@@ -1,6 +1,6 @@
 /// Own rates: islands that no hand touches, or can reach before their next turn, are stepped by WorldSettings::far_step.
 ///
-/// Such an island waits. Between two turns no stage visits it: it is laid aside like one that sleeps (asleep.h), where it was at
+/// Such an island waits. Between two turns no stage visits it: it is left out like one at rest (activity.h), where it was at
 /// its last turn, its boxes as wide as it may come until the next one. At its turn it comes to the present in one implicit step over the
 /// time that it is late, whose error is bounded as that of any step. What comes near its boxes, and whoever acts on one of its bodies,
 /// brings it to the present before; then it is stepped by h, until nothing is near at a common turn, every far_step.

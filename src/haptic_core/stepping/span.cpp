@@ -109,14 +109,12 @@ double safeShare(const Model& model, int s, const ShapeMotion& motion, int o, co
   if (!model.mayCollide(a, b)) return 1;
   const ModelShape &A = model.shapes[a], &B = model.shapes[b];
   const double width = std::min(A.width, B.width);
-  const ActivePair* end = state.pairs.data() + state.pair_count;
-  const ActivePair* known = std::lower_bound(state.pairs.data(), end, ActivePair::keyOf(a, b),
-                                             [](const ActivePair& pair, std::uint64_t key) { return pair.key < key; });
-  const bool touching = known != end && known->key == ActivePair::keyOf(a, b) && known->friction.touching != 0;
+  const int known = state.pairs.find(ActivePair::keyOf(a, b));
+  const bool touching = known >= 0 && state.pairs[known].friction.touching != 0;
   const ShapeMotion &ma = first ? motion : other, &mb = first ? other : motion;
   // It enters by no more than the clearance: how deep it presses its rows decide (held_proxy.h), which know a contact once it touches.
   const DepthTimes at = timesOfDepth(*A.shape, ma, *B.shape, mb, 1, kClearance * width, (touching ? kShareOfWidth : kClearance) * width,
-                                     touching ? &known->cache.normal : nullptr);
+                                     touching ? &state.pairs[known].cache.normal : nullptr);
   return untilNextLook(at, 1);
 }
 

@@ -338,10 +338,11 @@ void StageContacts::order() noexcept {
     ++count;
   }
   contacts_.resize(count);
+  const auto key = [this](int i) { return ActivePair::keyOf(contacts_[i].shape_a, contacts_[i].shape_b); };
   for (int i = 1; i < count; ++i) {
-    if (contacts_[i - 1].pair < contacts_[i].pair) continue;
+    if (key(i - 1) < key(i)) continue;
     int to = i - 1;
-    while (to > 0 && contacts_[to - 1].pair > contacts_[i].pair) --to;
+    while (to > 0 && key(to - 1) > key(i)) --to;
     std::rotate(contacts_.begin() + to, contacts_.begin() + i, contacts_.begin() + i + 1);
   }
 }

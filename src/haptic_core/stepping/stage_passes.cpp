@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "haptic_core/stepping/stage_energy.h"
-#include "haptic_core/stepping/standing_islands.h"
+#include "haptic_core/stepping/rest.h"
 
 namespace haptic::stepping {
 namespace {

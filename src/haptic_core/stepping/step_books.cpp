@@ -90,9 +90,8 @@ StepBooks::StepBooks(const Model& model)
     : impulse(model.pair_capacity), place(model.pair_capacity), V_led(model.pair_capacity), event(model.pair_capacity),
       coupling_impulse(model.pointers.size()), coupling_work(model.pointers.size()), first(model), last(model) {}
 
-void openBooks(int pairs, StepBooks& books) noexcept {
-  std::fill(books.event.begin(), books.event.begin() + pairs, 1.0);
-  std::fill(books.impulse.begin(), books.impulse.begin() + pairs, Wrench{});
+void openBooks(const std::vector<int>& pairs, StepBooks& books) noexcept {
+  for (const int i : pairs) books.event[i] = 1, books.impulse[i] = Wrench{};
   std::fill(books.coupling_work.begin(), books.coupling_work.end(), 0.0);
   std::fill(books.coupling_impulse.begin(), books.coupling_impulse.end(), Wrench{});
 }

@@ -58,8 +58,8 @@ struct StepBooks {
   explicit StepBooks(const Model& model);  ///< set-up: room for all pairs and pointers
 };
 
-/// (in realtime) Before the islands of a step: nothing has been done to pairs [0, `pairs`) and couplings.
-void openBooks(int pairs, StepBooks& books) noexcept;
+/// (in realtime) Before the islands of a step: nothing has been done to these pairs and to couplings.
+void openBooks(const std::vector<int>& pairs, StepBooks& books) noexcept;
 
 /// (in realtime) Wrenches and velocities of the stage's last solve, into `found` of the books, with the places of its patches.
 void gather(const ImplicitStage& stage, StageWrenches& found, StepBooks& books) noexcept;

@@ -4,7 +4,7 @@
 
 #include "haptic_core/stepping/island_solve.h"
 #include "haptic_core/stepping/own_rate.h"
-#include "haptic_core/stepping/standing_islands.h"
+#include "haptic_core/stepping/rest.h"
 
 namespace haptic::stepping {
 namespace {
@@ -29,15 +29,14 @@ bool waitsOn(const Model& model, const Island& island, State& state, Work& work)
 void endTurn(const Model& model, const Island& island, State& state, Work& work) noexcept {
   for (int n = 0; n < island.tree_count; ++n) {
     placeTree(model.trees[island.trees[n]], state, work.placement);
-    work.standing.drop(island.trees[n]);
   }
   wait(island, 0, 0, state);
 }
 
 /// It waits for its next turn, and reports until then the contacts from `first_contact` on.
 void waitForNext(const Model& model, const Island& island, int first_contact, State& state, Work& work, const Report& report) noexcept {
-  work.standing.note(island, first_contact, report);
   wait(island, state.step, state.step + static_cast<std::uint64_t>(model.turn_steps), state);
+  work.activity.leave(island, first_contact, state, work.visits, report);
 }
 
 /// An island whose turn has come goes over the time that it is `late` [s]. `goes_on`: it may wait again, and where it

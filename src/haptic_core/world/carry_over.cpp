@@ -49,8 +49,10 @@ void mapTrees(const Model& from, const Model& to, CarryOver& map) {
     if (!same) throw SetupError(to.name, "joins or parts what loops hold together", "change whole mechanisms");
     map.tree[t] = old;
   }
+  map.tree_now.assign(from.trees.size(), -1);
   for (std::size_t t = 0; t < to.trees.size(); ++t) {
     if (map.tree[t] < 0) map.coming.push_back(static_cast<int>(t));
+    if (map.tree[t] >= 0) map.tree_now[map.tree[t]] = static_cast<int>(t);
   }
 }
 
@@ -111,36 +113,33 @@ void carryTree(const ModelTree& old, const ModelTree& tree, int was, int is, con
 
 /// Contacts of what stays. What lost one is pulled at by other forces from now on.
 void carryPairs(CarryOver& map, const State& from, const Model& model, State& to) noexcept {
-  to.pair_count = 0;
-  const int room = static_cast<int>(to.pairs.size());
-  for (int i = 0; i < from.pair_count; ++i) {
+  to.pairs.clear();
+  from.pairs.each([&](int i) {
     const ActivePair& pair = from.pairs[i];
     const int a = map.shape[pair.shapeA()], b = map.shape[pair.shapeB()];
-    if (a >= 0 && b >= 0 && to.pair_count < room) {
-      to.pairs[to.pair_count] = pair;
-      to.pairs[to.pair_count++].key = ActivePair::keyOf(a, b);
-      continue;
+    const int slot = a >= 0 && b >= 0 ? to.pairs.append(ActivePair::keyOf(a, b)) : -1;
+    if (slot >= 0) {
+      to.pairs[slot] = pair;
+      to.pairs[slot].key = ActivePair::keyOf(a, b);
+      return;
     }
     for (const int shape : {a, b}) {
       if (shape < 0) continue;
       map.stirred[model.treeOf(shape)] = 1;
       to.beginAnew(model.treeOf(shape));
     }
-  }
+  });
 }
 
-/// Report of the last step, for standing islands to repeat.
-void carryContacts(CarryOver& map, const Report& from, Report& to) noexcept {
+/// Report of the last step.
+void carryContacts(const CarryOver& map, const Report& from, Report& to) noexcept {
   to.step = from.step;
-  to.contacts.clear();
-  const int count = std::min(from.contacts.size(), static_cast<int>(map.contact.size()));
-  for (int i = 0; i < count; ++i) {
-    ContactReport contact = from.contacts[i];
+  to.clearContacts();
+  for (int i = 0; i < from.contactCount(); ++i) {
+    ContactReport contact = from.contact(i);
     contact.link_a = map.link[contact.link_a], contact.link_b = map.link[contact.link_b];
     contact.shape_a = map.shape[contact.shape_a], contact.shape_b = map.shape[contact.shape_b];
-    const bool stays = contact.shape_a >= 0 && contact.shape_b >= 0;
-    map.contact[i] = stays ? to.contacts.size() : -1;
-    if (stays) to.contacts.push_back(contact);
+    if (contact.shape_a >= 0 && contact.shape_b >= 0) to.contacts.push_back(contact);
   }
 }
 
@@ -170,7 +169,6 @@ CarryOver carryOverOf(const Model& from, const Model& to, const std::vector<int>
     map.motion.push_back(old);
   }
   map.stirred.resize(to.trees.size());
-  map.contact.resize(static_cast<std::size_t>(from.pair_capacity));
   return map;
 }
 
@@ -213,11 +211,11 @@ void carryOver(CarryOver& map, const State& from, const Work& old_work, const Re
     state.beginAnew(t);
   }
   carryContacts(map, old_report, report);
-  work.standing.carryOver(old_work.standing, map.tree, map.contact, map.stirred);
   refreshHands(model, state, work.hands);
   placeTrees(model, work.visits.trees, state, work.placement);
   for (const int t : map.coming) findBuried(model, t, state, work);
   renewSupply(model, work, state);
+  work.activity.carryOver(old_work.activity, map, old_work, model, state, work, report);
 }
 
 }  // namespace haptic

@@ -20,13 +20,13 @@ namespace haptic {
 struct CarryOver {
   const Model* from = nullptr;       ///< of the world that runs
   std::vector<int> tree;             ///< by new tree: the old one; −1: it comes
+  std::vector<int> tree_now;         ///< by old tree: the new one; −1: it goes
   std::vector<int> motion;           ///< by new motion: the old one; −1: it comes
   std::vector<int> link, shape;      ///< by old link and shape: the new one; −1: it goes
   std::vector<int> coming;           ///< new trees that come
   std::vector<int> pulled;           ///< new trees on which other force elements act than before, ascending
   // Filled while the state is carried over; room at set-up.
   std::vector<char> stirred;         ///< by new tree: it lost a contact
-  std::vector<int> contact;          ///< by contact of the old report: index in the new one; −1: it goes
 };
 
 /// `kept`: by articulation of the new definition, that of the old; −1: it comes. Throws SetupError: articulations out of order or with

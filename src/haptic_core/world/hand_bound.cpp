@@ -15,9 +15,9 @@ constexpr double kLeastShare = 1e-6;
 /// middle in a thin plate, and gives back there what the elastic energy of its patch does not tell; less, and surfaces are stiffer.
 constexpr double kShared = 0.05;
 
-Matrix3 metStiffness(const Model& model, const State& state, const Placement& placement, int link) noexcept {
+Matrix3 metStiffness(const Model& model, const State& state, const std::vector<int>& pairs, const Placement& placement, int link) noexcept {
   Matrix3 met = Matrix3::Zero();
-  for (int i = 0; i < state.pair_count; ++i) {
+  for (const int i : pairs) {
     const ActivePair& pair = state.pairs[i];
     const int a = pair.shapeA(), b = pair.shapeB();
     if (pair.friction.touching == 0 || (model.shapes[a].link != link && model.shapes[b].link != link)) continue;
@@ -91,7 +91,7 @@ void boundHands(const Model& model, const State& state, const Placement& placeme
       hands.coupling[i] = borne(model.tuning.coupling[i], hands.own_coupling[i], bound);
       hands.pressed[link] = bound.press > 0 ? bound.press + model.links[link].mass * model.settings.gravity.norm() : 0.0;
     } else if (!std::isinf(bound.stiffness)) {
-      bound.met_W = metStiffness(model, state, placement, state.pointers[i].link);
+      bound.met_W = metStiffness(model, state, state.pairs.awake(), placement, state.pointers[i].link);
     }
   }
 }
@@ -127,14 +127,16 @@ void boundLaw(const HandBound& bound, double period, const FrictionMemory& befor
   if (m.dissipation * m.stiffness * contact.volume > most) m.dissipation = most / (m.stiffness * contact.volume);
 }
 
-double stiffnessMet(const Model& model, const State& state, const Placement& placement, const HandWork& hands,
+double stiffnessMet(const Model& model, const State& state, const Visits& visits, const Placement& placement, const HandWork& hands,
                     int pointer) noexcept {
   if (!model.holds(pointer)) {  // one that is left to be derived is what the hand bears
     const HandBound& bound = hands.bound[pointer];
     const bool derived = model.tuning.coupling[pointer].stiffness == PointerCoupling::kDerived && std::isfinite(bound.damping);
     return derived ? bound.stiffness : hands.own_coupling[pointer].stiffness;
   }
-  return largest(metStiffness(model, state, placement, state.pointers[pointer].link));
+  const int link = state.pointers[pointer].link;
+  const bool rests = visits.phase[model.links[link].articulation] != Phase::kMoves;
+  return largest(metStiffness(model, state, rests ? state.pairs.resting() : state.pairs.awake(), placement, link));
 }
 
 }  // namespace haptic

@@ -148,7 +148,7 @@ class Aim {
 /// The pairs that touch held links, copied: looking at them advances their caches, which are state.
 void Aim::gather() noexcept {
   proxy_.pairs.clear();
-  for (int i = 0; i < state_.pair_count; ++i) {
+  for (const int i : state_.pairs.awake()) {
     const ActivePair& pair = state_.pairs[i];
     if (pair.friction.touching == 0) continue;
     const int shapes[2] = {pair.shapeA(), pair.shapeB()};

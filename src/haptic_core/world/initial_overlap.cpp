@@ -46,8 +46,8 @@ void findBuried(const Model& model, int tree, State& state, Work& work) {
   if (model.possible_pairs == 0) return;
   StepReport ignored;
   placeShapes(model, 0, work.visits.shapes, state, work.hands, work.placement);
-  findPairs(model, work.visits, work.placement, 0, state, work.search, ignored);
-  for (int i = 0; i < state.pair_count; ++i) {
+  findPairs(model, work.visits, work.placement, state, work.search, ignored);
+  for (const int i : state.pairs.awake()) {
     ActivePair& pair = state.pairs[i];
     const int a = pair.shapeA(), b = pair.shapeB();
     if (tree >= 0 && model.treeOf(a) != tree && model.treeOf(b) != tree) continue;

@@ -34,7 +34,7 @@ template <class Moves, class Joins>
 void Islands::group(const State& state, const std::vector<int>& trees, Moves&& moves, Joins&& joins) noexcept {
   for (const int t : trees) joined_.separate(t);
   const auto treeOf = [this](int shape) { return model_.links[model_.shapes[shape].link].articulation; };
-  for (int i = 0; i < state.pair_count; ++i) {
+  for (const int i : state.pairs.awake()) {
     const int a = treeOf(state.pairs[i].shapeA()), b = treeOf(state.pairs[i].shapeB());
     if (moves(a) && moves(b)) joined_.merge(a, b);
   }
@@ -51,7 +51,7 @@ void Islands::group(const State& state, const std::vector<int>& trees, Moves&& m
   for (const int t : trees) {
     if (island_[t] >= 0) ++first_tree_[island_[t] + 1];
   }
-  for (int i = 0; i < state.pair_count; ++i) {
+  for (const int i : state.pairs.awake()) {
     const int tree_a = treeOf(state.pairs[i].shapeA()), tree_b = treeOf(state.pairs[i].shapeB());
     const int a = island_[tree_a], b = island_[tree_b];
     pair_island_[i] = a >= 0 && (b >= 0 || joins(tree_b)) ? a : b >= 0 && joins(tree_a) ? b : -1;
@@ -65,7 +65,7 @@ void Islands::group(const State& state, const std::vector<int>& trees, Moves&& m
   for (const int t : trees) {
     if (island_[t] >= 0) trees_[first_tree_[island_[t]]++] = t;
   }
-  for (int i = 0; i < state.pair_count; ++i) {
+  for (const int i : state.pairs.awake()) {
     if (pair_island_[i] >= 0) pairs_[first_pair_[pair_island_[i]]++] = i;
   }
   for (int i = count_; i > 0; --i) {

@@ -12,7 +12,7 @@ namespace haptic {
 struct Island {
   const int* trees = nullptr;  ///< ascending
   int tree_count = 0;          ///< trees in it
-  const int* pairs = nullptr;  ///< indices in State::pairs, ascending
+  const int* pairs = nullptr;  ///< slots of State::pairs, by key
   int pair_count = 0;          ///< pairs in it
 };
 

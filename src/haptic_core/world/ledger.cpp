@@ -76,7 +76,7 @@ const SumTree<LedgerSums::kColumns>::Row& sumEnergies(const LedgerView& view, co
       view.sums.now[t][LedgerSums::kPotential] += springsOf(view.model, t, view.hands, view.placement);
     }
   }
-  for (int i = 0; i < state.pair_count; ++i) {
+  for (const int i : state.pairs.awake()) {
     const ActivePair& pair = state.pairs[i];
     if (pair.friction.touching == 0) continue;
     const int a = view.model.treeOf(pair.shapeA());

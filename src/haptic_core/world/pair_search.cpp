@@ -50,53 +50,49 @@ bool areApart(const ConvexShape::Box* boxes, int a, int b, BoundsApart& by) noex
   return false;
 }
 
-/// Fills the state's pairs in the order of their keys. A pair that touched stays for once where its boxes are apart again: how
-/// it parted is still to be told; and one of a tree that waits for its turn, for it was found for all that time.
+/// The list of the pairs that a step visits, by key. A pair that touched stays for once where its boxes are apart again: how it parted is
+/// still to be told; and one of a tree that waits for its turn, for it was found for all that time.
 class PairList {
  public:
-  PairList(const Model& model, State& state, SearchWork& search, int most)
-      : model_(model), state_(state), previous_(search.previous), count_before_(state.pair_count), most_(most) {
-    std::swap(search.previous, state.pairs);
-    state.pair_count = 0;
+  PairList(const Model& model, State& state, SearchWork& search)
+      : model_(model), state_(state), pairs_(state.pairs), previous_(search.previous) {
+    pairs_.renew(search.previous);
   }
-  /// False: there is no room.
+  /// False: there is no room. (Slots of what is dropped in this search are free in the next one.)
   bool add(int a, int b) noexcept {
-    ActivePair pair;
-    pair.key = ActivePair::keyOf(a, b);
-    const bool room = keepTouching(pair.key);
-    if (before_ < count_before_ && previous_[before_].key == pair.key) pair = previous_[before_++];
-    return put(pair) && room;
+    const std::uint64_t key = ActivePair::keyOf(a, b);
+    keepTouching(key);
+    if (before_ == previous_.size() || pairs_[previous_[before_]].key != key) return pairs_.append(key) >= 0;
+    pairs_.keep(previous_[before_++]);
+    return true;
   }
-  bool finish() noexcept { return keepTouching(std::numeric_limits<std::uint64_t>::max()); }
+  void finish() noexcept { keepTouching(std::numeric_limits<std::uint64_t>::max()); }
 
  private:
-  bool keepTouching(std::uint64_t below) noexcept {
-    bool room = true;
-    for (; before_ < count_before_ && previous_[before_].key < below; ++before_) {
-      if (previous_[before_].friction.touching != 0 || waits(previous_[before_])) room &= put(previous_[before_]);
+  void keepTouching(std::uint64_t below) noexcept {
+    for (; before_ < previous_.size() && pairs_[previous_[before_]].key < below; ++before_) {
+      const ActivePair& pair = pairs_[previous_[before_]];
+      const bool stays = pair.friction.touching != 0 || waits(pair);
+      stays ? pairs_.keep(previous_[before_]) : pairs_.drop(previous_[before_]);
     }
-    return room;
   }
   bool waits(const ActivePair& pair) const noexcept {
     return model_.turn_steps > 1 &&
            (state_.turn[model_.treeOf(pair.shapeA())] > state_.step || state_.turn[model_.treeOf(pair.shapeB())] > state_.step);
   }
-  bool put(const ActivePair& pair) noexcept {
-    if (state_.pair_count >= most_) return false;
-    state_.pairs[state_.pair_count++] = pair;
-    return true;
-  }
 
   const Model& model_;
   State& state_;
-  const std::vector<ActivePair>& previous_;
-  int before_ = 0, count_before_, most_;
+  PairStore<ActivePair>& pairs_;
+  const std::vector<int>& previous_;
+  std::size_t before_ = 0;
 };
 
 }  // namespace
 
 SearchWork::SearchWork(const Model& model)
-    : boxes(makeBroadPhase(model)), apart_by(model.listed_pairs.size()), previous(model.pair_capacity) {
+    : boxes(makeBroadPhase(model)), apart_by(model.listed_pairs.size()) {
+  previous.reserve(model.pair_capacity);
   if (!model.settings.leave_out) return;
   moving.resize(model.moving_shapes.size());
   with_fixed.reserve(model.pair_capacity);
@@ -124,10 +120,10 @@ void placeShapes(const Model& model, double h, const std::vector<int>& shapes, c
   for (const int s : shapes) placeShape(model, s, margin(model, state, hands, placement, s, h), placement);
 }
 
-void findPairs(const Model& model, const Visits& visits, const Placement& placement, int asleep, State& state, SearchWork& search,
+void findPairs(const Model& model, const Visits& visits, const Placement& placement, State& state, SearchWork& search,
                StepReport& report) noexcept {
   if (!model.searches_pairs) return;
-  PairList pairs(model, state, search, static_cast<int>(state.pairs.size()) - asleep);
+  PairList pairs(model, state, search);
   bool complete = true;
   if (!model.listed_pairs.empty()) {
     const ConvexShape::Box* boxes = placement.box.data();
@@ -136,7 +132,8 @@ void findPairs(const Model& model, const Visits& visits, const Placement& placem
       BoundsApart& by = search.apart_by[i];
       if (bounds[by.lower] > bounds[by.upper]) continue;
       const auto [a, b] = model.listed_pairs[i];
-      if (!areApart(boxes, a, b, by) && !placement.areApart(a, b)) complete &= pairs.add(a, b);
+      if (areApart(boxes, a, b, by) || placement.areApart(a, b)) continue;
+      if (!visits.leaveOut(model.treeOf(a), model.treeOf(b))) complete &= pairs.add(a, b);
     }
   } else {
     complete &= sweepBoxes(model, visits, placement, search);
@@ -144,7 +141,7 @@ void findPairs(const Model& model, const Visits& visits, const Placement& placem
       if (!placement.areApart(a, b)) complete &= pairs.add(a, b);  // balls side by side across the axes; they would join islands
     });
   }
-  complete &= pairs.finish();
+  pairs.finish();
   if (!complete) report.flags |= kPairsDropped;
 }
 

@@ -26,7 +26,7 @@ struct SearchWork {
   std::vector<ConvexShape::Box> moving;    ///< boxes of the model's `moving_shapes`, for the sweep
   LoadedVector<std::uint64_t> with_fixed;  ///< keys of the pairs that the tree finds
   std::vector<BoundsApart> apart_by;  ///< what last told the boxes of a listed pair apart; tried first, it changes no result
-  std::vector<ActivePair> previous;   ///< pairs of the last search
+  std::vector<int> previous;          ///< slots of the pairs of the last search
 
   explicit SearchWork(const Model& model);  ///< set-up: room for all shapes
 };
@@ -58,9 +58,8 @@ void placeShapes(const Model& model, double h, const std::vector<int>& shapes, c
                  Placement& placement) noexcept;
 
 /// (in realtime) The pairs whose boxes overlap, of the shapes that are visited, in the order of their keys; a pair's memory comes
-/// along from the last search. Sets kPairsDropped when there are more than the state has room for beside `asleep` pairs that are kept
-/// elsewhere.
-void findPairs(const Model& model, const Visits& visits, const Placement& placement, int asleep, State& state, SearchWork& search,
+/// along from the last search. Sets kPairsDropped when there are more than the state has room for.
+void findPairs(const Model& model, const Visits& visits, const Placement& placement, State& state, SearchWork& search,
                StepReport& report) noexcept;
 
 }  // namespace haptic

@@ -82,7 +82,7 @@ void requireLoose(const Model& model, const char* what, int tree, const State& s
 
 /// The tree is elsewhere: contacts begin anew, and what acts on it now is not what did.
 void settleAnew(const Model& model, int tree, State& state, Work& work) {
-  for (int i = 0; i < state.pair_count; ++i) {
+  for (const int i : state.pairs.awake()) {
     ActivePair& pair = state.pairs[i];
     if (model.treeOf(pair.shapeA()) != tree && model.treeOf(pair.shapeB()) != tree) continue;
     const std::uint64_t key = pair.key;
@@ -99,7 +99,6 @@ void settleAnew(const Model& model, int tree, State& state, Work& work) {
       if (other >= 0) state.beginAnew(other);
     }
   });
-  work.standing.forget();
   renewSupply(model, work, state);
 }
 
@@ -151,7 +150,6 @@ void applyWrench(const Model& model, int link, const LinkWrench& wrench, double 
     state.wrench_count = static_cast<int>(std::remove_if(first, first + state.wrench_count, of_link) - first);
   }
   state.beginAnew(tree);
-  work.standing.forget();
 }
 
 void putBody(const Model& model, int link, const Pose& X_WL, const Twist& V_WL, State& state, Work& work) {

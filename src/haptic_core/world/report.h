@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/geometry/volume/contact_volume.h"
@@ -108,7 +109,44 @@ inline unsigned flagsOf(const ContactReport& contact) noexcept {
 /// All that a step says: public, and read by nothing in the step.
 struct Report {
   StepReport step;                        ///< of the whole world
-  LoadedVector<ContactReport> contacts;   ///< in the order of the pairs' keys within what is led and each island
+  LoadedVector<ContactReport> contacts;   ///< of what a step visits: in the order of the pairs' keys within what is led and each island
+  std::vector<ContactReport> left;        ///< by slot of its pair: of a contact of what is left out (stepping/activity.h), as it was last
+  std::vector<int> resting;               ///< slots of those
+
+  /// Set-up: room for the contacts of so many pairs.
+  void fit(int pairs) {
+    contacts.reserve(pairs);
+    left.resize(static_cast<std::size_t>(pairs));
+    resting.reserve(left.size());
+  }
+  int contactCount() const { return contacts.size() + static_cast<int>(resting.size()); }  ///< of all
+  /// Of all, those of what is left out last; i < contactCount().
+  const ContactReport& contact(int i) const { return i < contacts.size() ? contacts[i] : left[resting[i - contacts.size()]]; }
+
+  /// (in realtime) Contact i of what a step visits is to be kept by the slot of its pair: until `dropLeft` it is in both.
+  void leave(int i, int slot) noexcept {
+    if (slot < 0) return;
+    left[slot] = contacts[i];
+    resting.push_back(slot);
+    contacts[i].link_a = -1;
+  }
+  /// (in realtime) See `leave`.
+  void dropLeft() noexcept {
+    int kept = 0;
+    for (int i = 0; i < contacts.size(); ++i) {
+      if (contacts[i].link_a < 0) continue;
+      if (kept != i) contacts[kept] = contacts[i];
+      ++kept;
+    }
+    contacts.resize(kept);
+  }
+  /// (in realtime) Contacts whose `moves(slot)` are of what a step visits again.
+  template <class Moves>
+  void takeBack(Moves&& moves) noexcept {
+    const auto goes = [&](int slot) { return moves(slot) && (contacts.push_back(left[slot]), true); };
+    resting.erase(std::remove_if(resting.begin(), resting.end(), goes), resting.end());
+  }
+  void clearContacts() noexcept { contacts.clear(), resting.clear(); }  ///< (in realtime)
 
   /// (in realtime) Books a contact that began at a speed of approach [m/s]. What bodies gain by falling for a step is none.
   void addImpact(double speed, double reduced_mass, double fall) noexcept {

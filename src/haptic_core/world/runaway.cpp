@@ -81,10 +81,10 @@ void startSupply(const Model& model, Work& work, State& state) noexcept {
   const ContactPlaces places{work.placement.link.data(), work.placement.X_WS.data(), work.hands.held_by.data(), nullptr,
                              work.hands.pressed.data()};
   if (contacts.seams.any()) {
-    contacts.seams.find(state.pairs.data(), nullptr, state.pair_count, work.placement.X_WS.data(), contacts.workspace);
+    contacts.seams.find(state.pairs.data(), state.pairs.awake(), work.placement.X_WS.data(), contacts.workspace);
   }
   double springs = 0;
-  for (int i = 0; i < state.pair_count; ++i) {
+  for (const int i : state.pairs.awake()) {
     ActivePair pair = state.pairs[i];  // the cache of this look is not the world's
     ContactEvaluation c;
     if (!locateContact(model, contacts.seams, i, pair, places, contacts.workspace, c)) continue;

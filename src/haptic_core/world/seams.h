@@ -34,6 +34,10 @@ class Seams {
   /// normals: of pairs[which[0 … count)], or of the first `count` when `which` is null. The pairs' caches advance.
   /// Cost: one contact volume per such pair; kept for `locate`, where it is not computed again.
   void find(ActivePair* pairs, const int* which, int count, const Pose* X_WS, ContactWorkspace& workspace) noexcept;
+  /// (in realtime) Likewise, of pairs[which].
+  void find(ActivePair* pairs, const std::vector<int>& which, const Pose* X_WS, ContactWorkspace& workspace) noexcept {
+    find(pairs, which.data(), static_cast<int>(which.size()), X_WS, workspace);
+  }
 
   /// (in realtime) The contact volume of pair i at X_AB, by the world's rule, or with the common normal when the pair is a part of
   /// a flush contact: then true. `workspace` holds V after it; the pair's kept volume is gone.

@@ -240,7 +240,8 @@ void Sensors::clear() noexcept { std::fill(readings_.begin(), readings_.end(), S
 
 Wrench Sensors::contactsOn(const Plan& plan, const Report& report, const Vector3& about) const noexcept {
   Wrench sum;
-  for (const ContactReport& contact : report.contacts) {
+  for (int i = 0; i < report.contactCount(); ++i) {
+    const ContactReport& contact = report.contact(i);
     const Side a = plan.side[contact.shape_a], b = plan.side[contact.shape_b];
     if (!((a == kOwn && b == kPartner) || (a == kPartner && b == kOwn))) continue;
     const Wrench F_B = contact.F_BP_W.shifted(about - contact.X_WP.p);

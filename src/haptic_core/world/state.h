@@ -8,6 +8,7 @@
 #include "haptic_core/contact/friction.h"
 #include "haptic_core/dynamics/joint_law.h"
 #include "haptic_core/geometry/volume/contact_volume.h"
+#include "haptic_core/world/pair_store.h"
 
 namespace haptic {
 
@@ -200,7 +201,7 @@ struct State {
   std::vector<double> a_end, a_mean, v_mean;
   /// By tree: length of that step [s]; 0: there is none to go on from; negative: contacts jumped in it.
   std::vector<double> last_step;
-  std::vector<int> calm;               ///< by tree: steps in a row in which it was slow (stepping/standing_islands.h)
+  std::vector<int> calm;               ///< by tree: steps in a row in which it was slow (stepping/activity.h)
   /// By tree: step at whose start it has its next turn, 0: every step is; and the number of steps after which it was as it is now
   /// (stepping/own_rate.h).
   std::vector<std::uint64_t> turn, as_of;
@@ -208,8 +209,7 @@ struct State {
   std::vector<PointerState> pointers;  ///< by pointer
   std::vector<MotionTarget> motions;   ///< by motion of the model
   EnergySums energy;                   ///< of the ledger
-  std::vector<ActivePair> pairs;  ///< storage of the model's capacity, sorted by key
-  int pair_count = 0;             ///< valid entries of `pairs`
+  PairStore<ActivePair> pairs;          ///< of the model's capacity
   std::vector<AppliedWrench> wrenches;  ///< storage for kMostWrenches, in the order in which they came
   int wrench_count = 0;           ///< valid entries of `wrenches`
 

@@ -1,7 +1,7 @@
 #include "haptic_core/world/step.h"
 
 #include "haptic_core/stepping/advance.h"
-#include "haptic_core/stepping/standing_islands.h"
+#include "haptic_core/stepping/rest.h"
 #include "haptic_core/world/applied_wrench.h"
 #include "haptic_core/world/drive_paths.h"
 #include "haptic_core/world/hands.h"
@@ -19,7 +19,6 @@ void resetReport(Work& work, Report& all) noexcept {
   report.implicit_islands = report.standing = report.waiting = report.fallbacks = 0;
   report.lag = 0;
   report.closure = report.residual = report.wrench_error = report.budget_used = report.position_error = report.impact = 0;
-  if (work.implicit) work.standing.open(all.contacts);
 }
 
 /// Wrenches whose time is over end before the step; forces on their links jump.
@@ -30,8 +29,7 @@ void dropEnded(const Model& model, State& state, Work& work, Report& report) noe
       state.wrenches[kept++] = state.wrenches[i];
     } else {
       state.beginAnew(model.links[state.wrenches[i].link].articulation);
-      work.asleep.wakeAll(model, state, work, &report);
-      work.standing.forget();
+      work.activity.wakeAll(model, false, state, work, report);
     }
   }
   state.wrench_count = kept;
@@ -42,8 +40,7 @@ void run(const Model& model, State& state, Work& work, Report& report) noexcept 
   resetReport(work, report);
   work.counted.begin(model.tuning.budget);
   findActing(model, state, work.hands);
-  work.asleep.wakeActed(model, state, work);
-  work.asleep.wakeDue(model, state, work);
+  work.activity.wakeForStep(model, state, work, report);
   const double h = model.settings.step;
   followDrivePaths(model, state);                                    // positions that drives are asked for
   boundHands(model, state, work.placement, work.hands);
@@ -60,8 +57,7 @@ void run(const Model& model, State& state, Work& work, Report& report) noexcept 
   if (report.step.finite) checkRunaway(model, h, external_before, work, state, report);
   if (work.implicit) stepping::countCalm(model, work.hands, work.placement, state);
   reportToHands(report.step, work.hands, state);
-  work.standing.close(work.hands, work.asleep.islands() > 0, report.step.waiting + work.asleep.waiting() > 0);
-  work.asleep.close(model, state, work, report);                     // islands that were left out fall asleep
+  work.activity.close(model, state, work, report);                   // islands at rest are left out from here on
   if (report.step.waiting > 0) report.step.lag = stepping::lagOf(model, state);
   report.step.work = work.counted.done;
   if (work.counted.gave_way) report.step.flags |= kGaveWay;
@@ -73,7 +69,7 @@ void step(const Model& model, State& state, Work& work, Report& report) noexcept
   if (!report.step.finite) return;
   work.clock.start(report.step.stages);
   dropEnded(model, state, work, report);
-  if (work.standing.all()) {
+  if (work.activity.idle()) {
     report.step.work = 0;  // nothing would change, until somebody changes something
   } else {
     run(model, state, work, report);

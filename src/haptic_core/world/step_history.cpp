@@ -27,21 +27,6 @@ double* StepHistory::begin() noexcept {
   return row;
 }
 
-void StepHistory::repeat() noexcept {
-  if (capacity_ == 0) return;
-  if (count_ == 0) return keep();
-  const double* last = rows_.data() + (next_ == 0 ? capacity_ - 1 : next_ - 1) * stride_;
-  double* row = begin();
-  if (row != last) std::memcpy(row + 2, last + 2, (stride_ - 2) * sizeof(double));
-}
-
-void StepHistory::keep() noexcept {
-  if (capacity_ == 0) return;
-  double* row = begin();
-  std::copy(state_.v.begin(), state_.v.end(), std::copy(state_.q.begin(), state_.q.end(), row + 2));
-  keepHands(row);
-}
-
 void StepHistory::keep(const Model& model, const std::vector<int>& trees, unsigned changes) noexcept {
   if (capacity_ == 0) return;
   double* row = begin();  // its old record is `capacity_` steps old

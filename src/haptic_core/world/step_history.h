@@ -25,10 +25,8 @@ class StepHistory {
   /// Room for `capacity` steps. Memory: capacity × (nq + nv + 6 pointers + 2) doubles.
   StepHistory(int capacity, const State& state);  ///< set-up
 
-  void keep() noexcept;    ///< (in realtime) the state as it is now; drops the oldest when full
-  void repeat() noexcept;  ///< (in realtime) the same where step and time are all that changed
-  /// (in realtime) The same where only `trees` have changed since the last time; `changes`: another number where they are others than then.
-  /// Costs as much as they and what changed within the capacity.
+  /// (in realtime) The state as it is now, of which only `trees` have changed since the last time; drops the oldest when full. `changes`:
+  /// another number where they are others than then. Costs as much as they and what changed within the capacity.
   void keep(const Model& model, const std::vector<int>& trees, unsigned changes) noexcept;
   void clear() noexcept;  ///< as if nothing had been kept
   /// Records kept, up to the capacity.

@@ -53,7 +53,7 @@ FlowWork::FlowWork(const Model& model) : q_start(model.nq), v_start(model.nv), p
 
 Work::Work(const Model& model)
     : visits(model), placement(model), search(model), hands(model), contacts(model), motion(model), islands(model),
-      standing(model), asleep(model), rates(model), sums(model) {
+      activity(model), rates(model), sums(model) {
   if (model.settings.comparator) comparator = model.settings.comparator(model);
   if (model.implicit_steps) implicit = std::make_unique<stepping::ImplicitWork>(model);
   joints.resize(model.trees.size());
@@ -68,7 +68,7 @@ State initialState(const Model& model, Work& work) {
   State state;
   state.q = model.q_start;
   state.v = model.v_start;
-  state.pairs.resize(model.pair_capacity);
+  state.pairs.fit(model.pair_capacity);
   state.mode.assign(model.trees.size(), TreeMode::kPut);
   for (auto* history : {&state.a_end, &state.a_mean, &state.v_mean}) history->assign(model.nv, 0);
   state.last_step.assign(model.trees.size(), 0);

@@ -7,10 +7,9 @@
 #include "haptic_core/dynamics/tree_motion.h"
 #include "haptic_core/dynamics/tree_step.h"
 #include "haptic_core/geometry/volume/contact_workspace.h"
-#include "haptic_core/stepping/asleep.h"
+#include "haptic_core/stepping/activity.h"
 #include "haptic_core/stepping/implicit_step.h"
 #include "haptic_core/stepping/own_rate.h"
-#include "haptic_core/stepping/standing_islands.h"
 #include "haptic_core/world/applied_wrench.h"
 #include "haptic_core/world/comparator.h"
 #include "haptic_core/world/counted_work.h"
@@ -45,7 +44,7 @@ struct FlowWork {
 
 /// Scratch of every stage of a step; one per world.
 struct Work {
-  Visits visits;                 ///< stepping/asleep
+  Visits visits;                 ///< stepping/activity
   Placement placement;           ///< placement
   SearchWork search;             ///< pair_search
   HandWork hands;                ///< hands
@@ -54,8 +53,7 @@ struct Work {
   double position_error = 0;     ///< of the island that errs most, as its attempt foresees [m]
   Islands islands;               ///< islands
   std::unique_ptr<stepping::ImplicitWork> implicit;  ///< stepping/implicit_islands; null: no island is solved
-  stepping::StandingIslands standing;      ///< stepping/implicit_islands
-  stepping::Asleep asleep;       ///< step, between two steps `World`
+  stepping::Activity activity;   ///< step, between two steps `World`
   stepping::RateWork rates;      ///< stepping/turns
   LedgerSums sums;               ///< ledger
   std::vector<std::unique_ptr<TreeMotion>> joints;  ///< by tree; null: joints without laws of their own

@@ -33,17 +33,22 @@ struct World::Impl {
   explicit Impl(const WorldDef& def)
       : model(def), work(model), state(initialState(model, work)), history(model.settings.history_steps, state),
         sensors(model, def.sensors) {
-    report.contacts.reserve(model.pair_capacity);
-    work.asleep.on &= sensors.empty();  // which read what every contact does
+    report.fit(model.pair_capacity);
   }
 
-  /// (in realtime) Between two steps: whatever sleeps is taken back, so that the state is whole.
-  void wake() noexcept { work.asleep.wakeAll(model, state, work, &report); }
+  /// (in realtime) Between two steps: the next one visits everything.
+  void wake() noexcept { work.activity.wakeAll(model, false, state, work, report); }
 
-  /// (in realtime) Between two steps, before something acts: whatever waits for a turn comes to the present.
+  /// (in realtime) Between two steps: whatever waits for a turn comes to the present.
   void bringToPresent() noexcept {
-    wake();
+    work.activity.wakeAll(model, true, state, work, report);
     if (model.turn_steps > 1) stepping::bringToPresent(model, state, work, report);
+  }
+
+  /// (in realtime) Between two steps, before somebody changes something.
+  void prepare() noexcept {
+    wake();
+    bringToPresent();
   }
 
   /// (in realtime) Stands at a packed state of its own. Warm starts beside the state are gone.
@@ -52,11 +57,10 @@ struct World::Impl {
     state.unpack(packed);
     report.step = StepReport{};
     report.step.step = state.step;
-    report.contacts.clear();
+    report.clearContacts();
     history.clear();
     sensors.clear();
     refreshHands(model, state, work.hands);
-    work.standing.forget();
     placeAll(model, state, work.placement);
   }
 
@@ -72,17 +76,13 @@ World::World(const WorldDef& def) : impl_(std::make_unique<Impl>(def)) {}
 World::~World() = default;
 
 void World::step() noexcept {
-  const bool runs = impl_->report.step.finite, repeats = impl_->work.standing.all();
+  const bool runs = impl_->report.step.finite;
   const bool measures = runs && !impl_->sensors.empty();
   if (measures) impl_->sensors.begin(impl_->model, impl_->state, impl_->work.placement);
   haptic::step(impl_->model, impl_->state, impl_->work, impl_->report);
   if (!runs || !impl_->report.step.finite) return;
   if (measures) impl_->sensors.finish(impl_->model, impl_->state, impl_->work.placement, impl_->report);
-  if (impl_->work.asleep.on) {
-    impl_->history.keep(impl_->model, impl_->work.visits.trees, impl_->work.asleep.changes());
-  } else {
-    repeats ? impl_->history.repeat() : impl_->history.keep();
-  }
+  impl_->history.keep(impl_->model, impl_->work.visits.trees, impl_->work.activity.changes());
 }
 
 void World::measureStages(bool on) noexcept {
@@ -94,17 +94,11 @@ const WorldSettings& World::settings() const { return impl_->model.settings; }
 const StepReport& World::report() const { return impl_->report.step; }
 double World::time() const { return impl_->state.time; }
 const Model& World::model() const { return impl_->model; }
-const State& World::state() const {
-  impl_->wake();
-  return impl_->state;
-}
+const State& World::state() const { return impl_->state; }
 const std::vector<double>& World::q() const { return impl_->state.q; }
 const std::vector<double>& World::v() const { return impl_->state.v; }
 const Work& World::work() const { return impl_->work; }
-const StepHistory& World::history() const {
-  impl_->wake();
-  return impl_->history;
-}
+const StepHistory& World::history() const { return impl_->history; }
 
 int World::linkCount() const { return static_cast<int>(impl_->model.links.size()); }
 const std::string& World::linkName(int link) const { return impl_->model.links[link].name; }
@@ -112,8 +106,7 @@ int World::linkIndex(const std::string& name) const { return indexOfName(name, l
 Pose World::linkPose(int link) const { return impl_->work.placement.link[link].X_WL; }
 Twist World::linkTwist(int link) const { return impl_->work.placement.link[link].twistAtOrigin(); }
 bool World::stands(int link) const noexcept {
-  const int tree = impl_->model.links[link].articulation;
-  return impl_->state.turn[tree] == 0 && (impl_->work.asleep.holds(tree) || impl_->work.standing.holds(tree));
+  return impl_->work.visits.phase[impl_->model.links[link].articulation] == Phase::kRests;
 }
 
 int World::jointCount() const { return static_cast<int>(impl_->model.joints.size()); }
@@ -146,20 +139,20 @@ int World::wrenchCount() const { return impl_->state.wrench_count; }
 const AppliedWrench& World::wrench(int i) const { return impl_->state.wrenches[static_cast<std::size_t>(i)]; }
 
 void World::applyWrench(int link, const LinkWrench& wrench, double seconds) {
-  impl_->bringToPresent();
+  impl_->prepare();
   haptic::applyWrench(impl_->model, link, wrench, seconds, impl_->state, impl_->work);
 }
 
 void World::setBodyPose(int link, const Pose& X_WL, const Twist& V_WL) {
-  impl_->bringToPresent();
+  impl_->prepare();
   putBody(impl_->model, link, X_WL, V_WL, impl_->state, impl_->work);
-  impl_->report.contacts.clear();
+  impl_->report.clearContacts();
 }
 
 void World::setJointPositions(const std::vector<std::pair<int, double>>& positions) {
-  impl_->bringToPresent();
+  impl_->prepare();
   putJoints(impl_->model, positions, impl_->state, impl_->work);
-  impl_->report.contacts.clear();
+  impl_->report.clearContacts();
 }
 
 int World::forceCount() const { return static_cast<int>(impl_->model.forces.size()); }
@@ -207,7 +200,7 @@ Pose World::pointerPose(int i) const { return linkPose(pointerLink(i)) * impl_->
 
 void World::setPointerTarget(int i, const Pose& X_WP, const Twist& V_WP) noexcept {
   aim(impl_->state.pointers[i], X_WP, V_WP);
-  impl_->work.standing.wake();
+  impl_->work.activity.stir();
 }
 
 void World::setPointerBound(int i, const PointerBound& bound) noexcept {
@@ -216,9 +209,7 @@ void World::setPointerBound(int i, const PointerBound& bound) noexcept {
 const PointerBound& World::pointerBound(int i) const noexcept { return impl_->work.hands.bound[i]; }
 
 double World::pointerStiffness(int i) const noexcept {
-  const int link = impl_->state.pointers[i].link;
-  if (link >= 0 && impl_->work.asleep.holds(impl_->model.links[link].articulation)) impl_->wake();
-  return stiffnessMet(impl_->model, impl_->state, impl_->work.placement, impl_->work.hands, i);
+  return stiffnessMet(impl_->model, impl_->state, impl_->work.visits, impl_->work.placement, impl_->work.hands, i);
 }
 
 bool World::canGrab(int pointer, int link) const noexcept {
@@ -227,9 +218,8 @@ bool World::canGrab(int pointer, int link) const noexcept {
 
 bool World::tryGrab(int pointer, int link) noexcept {
   if (!canGrab(pointer, link)) return false;
-  impl_->bringToPresent();
+  impl_->prepare();
   haptic::grab(impl_->model, impl_->work.placement, pointer, link, impl_->state, impl_->work.hands);
-  impl_->work.standing.forget();
   for (int t = 0; t < static_cast<int>(impl_->state.mode.size()); ++t) impl_->state.beginAnew(t);
   renewSupply(impl_->model, impl_->work, impl_->state);
   return true;
@@ -249,10 +239,9 @@ void World::tune(const WorldTuning& tuning) {
   std::vector<CouplingLoad> loads;
   for (const PointerState& pointer : impl_->state.pointers) loads.push_back(model.loadOf(pointer.link));
   check(wanted, loads, model.settings.step);
-  impl_->bringToPresent();
+  impl_->prepare();
   model.tune(wanted);
   refreshHands(model, impl_->state, impl_->work.hands);
-  impl_->work.standing.forget();
   for (int i = 0; i < pointerCount(); ++i) {
     if (!canGrab(i, pointerLink(i))) grab(i, pointerHome(i));
   }
@@ -260,11 +249,8 @@ void World::tune(const WorldTuning& tuning) {
   renewSupply(model, impl_->work, impl_->state);
 }
 
-int World::contactCount() const { return impl_->report.contacts.size() + impl_->work.asleep.contacts().size(); }
-const ContactReport& World::contact(int i) const {
-  const int awake = impl_->report.contacts.size();
-  return i < awake ? impl_->report.contacts[i] : impl_->work.asleep.contacts()[i - awake];
-}
+int World::contactCount() const { return impl_->report.contactCount(); }
+const ContactReport& World::contact(int i) const { return impl_->report.contact(i); }
 
 int World::sensorCount() const { return static_cast<int>(impl_->sensors.defs().size()); }
 const SensorDef& World::sensor(int i) const { return impl_->sensors.defs()[static_cast<std::size_t>(i)]; }
@@ -323,13 +309,13 @@ bool World::exchange(NextWorld& next) noexcept {
 void World::rehearse(NextWorld& next, bool steps) noexcept {
   if (next.impl_->map.from != &impl_->model) return;
   Impl& to = *next.impl_->world.impl_;
-  impl_->wake(), to.wake();
+  to.wake();
   carryOver(next.impl_->map, impl_->state, impl_->work, impl_->report, to.model, to.state, to.work, to.report);
   if (steps) next.impl_->world.step();
   to.begin(next.impl_->start);
 }
 
-std::uint64_t World::hash() const { return impl_->work.asleep.hash(impl_->state); }
+std::uint64_t World::hash() const { return impl_->state.hash(); }
 std::vector<double> World::save() const { return state().pack(); }
 
 void World::restore(const std::vector<double>& packed) {

@@ -126,13 +126,13 @@ class World {
   const SensorReading& sensorReading(int i) const;     ///< the last sample; not part of the state, a restore takes it away
 
   /// The last settings().history_steps steps that were finite, newest last; also after the world has stopped.
-  const StepHistory& history() const;  ///< as `state` is
+  const StepHistory& history() const;
 
   // The structs behind, for analysis and tests: what World's functions above read and write.
   const Model& model() const;  ///< constant but for its tuning
-  const State& state() const;  ///< between two steps, whole: what sleeps is taken back (stepping/asleep.h)
-  const std::vector<double>& q() const;  ///< State::q; what sleeps goes on to
-  const std::vector<double>& v() const;  ///< State::v, likewise
+  const State& state() const;  ///< between two steps
+  const std::vector<double>& q() const;  ///< State::q
+  const std::vector<double>& v() const;  ///< State::v
   const Work& work() const;    ///< scratch: means something only right after a step
 
   /// (in realtime) Between two steps: goes on as the world that `next` was made of, with the state of what stays; `next` then holds the

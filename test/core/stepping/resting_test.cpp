@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "../../scenes/blocks.h"
-#include "haptic_core/stepping/standing_islands.h"
+#include "haptic_core/stepping/rest.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/state.h"
 

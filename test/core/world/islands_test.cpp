@@ -142,14 +142,14 @@ TEST(Islands, AreTheConnectedPartsOfTheContactGraph) {
   for (int round = 0; round < 200; ++round) {
     State state;
     state.mode.assign(model.trees.size(), TreeMode::kPut);
-    state.pairs.resize(model.pair_capacity);
+    state.pairs.fit(model.pair_capacity);
     std::vector<int> label(kBodies + 1);
     for (int i = 0; i <= kBodies; ++i) label[i] = i;
     for (int i = 0; i < 8; ++i) {
       random = random * 1664525u + 1013904223u;
       const int a = (random >> 8) % (kBodies + 1), b = (random >> 20) % (kBodies + 1);
       if (a == b) continue;
-      state.pairs[state.pair_count++].key = ActivePair::keyOf(std::min(a, b), std::max(a, b));
+      state.pairs.append(ActivePair::keyOf(std::min(a, b), std::max(a, b)));
       if (a == 0 || b == 0) continue;  // the floor joins nobody
       const int from = label[a], to = label[b];
       for (int& l : label) l = l == from ? to : l;
@@ -162,7 +162,7 @@ TEST(Islands, AreTheConnectedPartsOfTheContactGraph) {
       pairs += islands[i].pair_count;
     }
     EXPECT_EQ(trees, kBodies);
-    EXPECT_EQ(pairs, state.pair_count);
+    EXPECT_EQ(pairs, state.pairs.count());
     for (int a = 1; a <= kBodies; ++a) {
       for (int b = 1; b <= kBodies; ++b) EXPECT_EQ(islands.of(a) == islands.of(b), label[a] == label[b]);
     }

@@ -316,7 +316,7 @@ TEST(SprungBodies, SameBitsWithAllLeftInAndWithoutALedger) {
     ASSERT_EQ(lazy.hash(), general.hash()) << i;
     ASSERT_EQ(lazy.report().energy.potential, general.report().energy.potential) << i;
     if (i == 500) EXPECT_EQ(lazy.report().standing, 20) << "pairs stand before the cube comes down";
-    if (i == 500) EXPECT_GT(lazy.work().asleep.trees(), 0);
+    if (i == 500) EXPECT_GT(lazy.work().activity.trees(), 0);
   }
   EXPECT_EQ(lazy.q(), unbooked.q());
   EXPECT_EQ(lazy.v(), unbooked.v());

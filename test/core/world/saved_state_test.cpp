@@ -60,7 +60,7 @@ double bits(std::uint64_t value) {
 
 TEST(SavedState, IndicesAreJudged) {
   Saved s;
-  ASSERT_GE(s.world.state().pair_count, 2);
+  ASSERT_GE(s.world.state().pairs.count(), 2);
   EXPECT_FALSE(s.refused(s.packed));
   const auto changed = [&](std::size_t at, double number) {
     std::vector<double> state = s.packed;

@@ -1,4 +1,4 @@
-#include "haptic_core/stepping/standing_islands.h"
+#include "haptic_core/stepping/rest.h"
 
 #include <algorithm>
 
@@ -63,71 +63,6 @@ void countCalm(const Model& model, const Island& island, int steps, const Placem
     int& calm = state.calm[island.trees[n]];
     calm = isSlow(model, model.trees[island.trees[n]], most, placement) ? std::min(calm + steps, kCalmSteps) : 0;
   }
-}
-
-StandingIslands::StandingIslands(const Model& model) : island_(model.trees.size()) { contacts_.reserve(model.pair_capacity); }
-
-void StandingIslands::open(LoadedVector<ContactReport>& contacts) noexcept {
-  contacts_.swap(contacts);
-  ++turn_;
-  all_ = false;
-  repeated_ = 0;
-}
-
-void StandingIslands::forget() noexcept {
-  turn_ += 2;  // the memory is neither of this step nor of the last
-  all_ = false;
-  repeated_ = 0;
-}
-
-void StandingIslands::carryOver(const StandingIslands& from, const std::vector<int>& tree, const std::vector<int>& contact,
-                                const std::vector<char>& stirred) noexcept {
-  forget();
-  for (std::size_t t = 0; t < island_.size(); ++t) {
-    if (tree[t] < 0 || stirred[t] || !from.holds(tree[t])) continue;
-    Standing standing = from.island_[tree[t]];
-    if (standing.contacts > 0) standing.first_contact = contact[standing.first_contact];
-    put(static_cast<int>(t), standing, false);
-  }
-}
-
-void StandingIslands::close(const HandWork& hands, bool any_sleeps, bool any_waits) noexcept {
-  all_ = !any_waits && (repeated_ > 0 || any_sleeps) && repeated_ == hands.movers.size() && hands.acting.empty() && hands.leading.empty();
-}
-
-bool StandingIslands::repeats(const Model& model, const Island& island, const State& state) const noexcept {
-  const auto stood = [&](int tree) {
-    const Standing& last = island_[tree];
-    return last.turn + 1 == turn_ && last.trees == island.tree_count && last.pairs == island.pair_count;
-  };
-  return std::all_of(island.trees, island.trees + island.tree_count, stood) && standsAlone(model, island, state);
-}
-
-void StandingIslands::repeat(const Island& island, Report& report) noexcept {
-  Standing standing = island_[island.trees[0]];
-  const int first_contact = report.contacts.size();
-  for (int i = 0; i < standing.contacts; ++i) report.addContact(contacts_[standing.first_contact + i], false);
-  standing.first_contact = first_contact;
-  repeated_ += static_cast<std::size_t>(island.tree_count);
-  keep(island, standing);
-}
-
-void StandingIslands::note(const Island& island, int first_contact, const Report& report) noexcept {
-  Standing standing;
-  standing.trees = island.tree_count;
-  standing.pairs = island.pair_count;
-  standing.first_contact = first_contact;
-  standing.contacts = report.contacts.size() - first_contact;
-  keep(island, standing);
-}
-
-void StandingIslands::put(int tree, Standing standing, bool within) noexcept {
-  standing.turn = within ? turn_ - 1 : turn_;
-  island_[tree] = standing;
-}
-
-void StandingIslands::keep(const Island& island, Standing standing) noexcept {
-  for (int n = 0; n < island.tree_count; ++n) put(island.trees[n], standing, false);
 }
 
 }  // namespace haptic::stepping
