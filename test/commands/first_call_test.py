@@ -282,7 +282,7 @@ class Interrupted(Bare):
         machine = self.machine()
         ended = os.path.join(self.folder, "ended")
         with open(os.path.join(machine.folder, "apt-get"), "a", encoding="utf-8") as out:
-            out.write(f"""case " $* " in *' --assume-no '*) ;; *' install '*)
+            out.write(f"""case " $* " in *' --print-uris '*) ;; *' install '*)
   trap 'echo interrupted >>"$here/calls"' INT
   sh -c 'trap "exit 1" INT TERM; i=0; while [ $i -lt 30 ]; do sleep 0.1; i=$((i + 1)); done; echo dpkg >"{ended}"'
 esac

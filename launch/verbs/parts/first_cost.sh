@@ -34,7 +34,8 @@ first_cost() {  # APT PACKAGE...
   local cost_apt cost_plan cost_cost cost_free
   cost_apt=$1
   shift
-  cost_plan=$("$cost_apt" -c "$APT_CONF" install --assume-no --fix-broken --no-remove --no-install-recommends "$@" 2>/dev/null)
+  # (--assume-no would install where no other package comes along: apt has no question then.)
+  cost_plan=$("$cost_apt" -c "$APT_CONF" install --print-uris --fix-broken --no-remove --no-install-recommends "$@" 2>/dev/null)
   cost_free=$(df -Pk "$BUILD" | awk 'NR == 2 { printf "%d", $4 * 1024 / 1e6 }')
   cost_cost=$(printf '%s\n' "$cost_plan" | awk -v build="$(build_cost "${SETUP_BUILDS:-}")" -v slow="$(slowness)" -v cores="$(nproc)" \
     -v fetched="$(sed -n 's/^Fetched \(.*\) in .* (\(.*\))$/\2/p' "$LOGS/packages.log" | tail -n 1)" '
