@@ -89,7 +89,8 @@ Given givenBy(const ContactMeans& means, const Pose& X_WP, double held) {
 struct Run {
   Given worst, sum;           ///< in the worst step; in all [J]
   double exchanged = 0;       ///< [J]
-  int steps = 0, parted = 0;  ///< parted: of more parts than one
+  double unsaid = 0;          ///< in the worst step that does not flag it [J]
+  int steps = 0, parted = 0, flagged = 0;  ///< parted: of more parts than one
   bool finite = true;
 };
 
@@ -123,6 +124,11 @@ Run run(const WorldDef& def) {
       continue;
     }
     const Given given = givenBy(pair.means, world.contact(0).X_WP, held - held_before);
+    if (world.report().flags & kDissipationGave) {
+      ++out.flagged;
+    } else {
+      out.unsaid = std::max(out.unsaid, given.sum());
+    }
     if (given.sum() > out.worst.sum()) out.worst = given;
     out.sum.damper += given.damper;
     out.sum.friction += given.friction;
@@ -134,7 +140,8 @@ Run run(const WorldDef& def) {
 
 void runPower() {
   double worst = 0, damper = 0, friction = 0, damper_run = 0, friction_run = 0;
-  long steps = 0, parted = 0, stopped = 0;
+  double unsaid = 0;
+  long steps = 0, parted = 0, flagged = 0, stopped = 0;
   for (int i = 0; i < kDrops; ++i) {
     const Run r = run(drop(i));
     worst = std::max(worst, r.worst.sum() / r.exchanged);
@@ -142,9 +149,12 @@ void runPower() {
     friction = std::max(friction, r.worst.friction / r.exchanged);
     damper_run = std::max(damper_run, r.sum.damper / r.exchanged);
     friction_run = std::max(friction_run, r.sum.friction / r.exchanged);
-    steps += r.steps, parted += r.parted, stopped += !r.finite;
+    unsaid = std::max(unsaid, r.unsaid / r.exchanged);
+    steps += r.steps, parted += r.parted, flagged += r.flagged, stopped += !r.finite;
   }
-  figure("power.given_rel", worst, "1");
+  figure("power.given_rel", unsaid, "1");
+  figure("power.flagged_given_rel", worst, "1");
+  figure("power.flagged_pct", 100.0 * static_cast<double>(flagged) / static_cast<double>(steps), "%");
   figure("power.damper_given_rel", damper, "1");
   figure("power.friction_given_rel", friction, "1");
   figure("power.damper_given_run_rel", damper_run, "1");

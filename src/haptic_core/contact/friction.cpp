@@ -280,13 +280,20 @@ void Evaluation::load(const Pose& X_AB, const Twist& V, FrictionForce& out) {
   if (!fresh_) out.since = SharedTurn(E);
   old_rate_ = fresh_ ? rate_ : Planar{(R_PA_ * out.since.toA(memory_.rate_M)).head<2>(), torsion ? memory_.spin : 0.0};
   before_ = fresh_ ? Planar{} : Planar{(R_PA_ * out.since.toA(memory_.slip_M)).head<2>(), torsion ? memory_.twist : 0.0};
+  // New area is unstrained: the mean slip falls as the area grows. With yesterday's slip on today's area springs would gain energy that no
+  // motion has put there, and give it to the bodies. Area that leaves takes its energy along.
+  const auto kept = [](double area, double now) { return area < now ? area / now : 1.0; };
+  if (!fresh_) {
+    out.spread << (1 - kept(memory_.area, layer_.A0)) * before_.force, (1 - kept(memory_.torsion, layer_.J)) * before_.torque;
+    before_ = before_ - Planar{out.spread.head<2>(), out.spread.z()};
+  }
   slip_ = before_ + rate_ * advance_.time;  // where nothing was, or nothing moves
   out.renewed = fresh_ || (slid_ && solving_);
   seen_ = rate_;
   // What slides in a solve holds what slides, wherever it began: there the way is the rate's, which the solve is linear in.
   if (!out.renewed && advance_.time > 0) {
     const Displaced now = displacedFrom(memory_.anchor, E, out.since, X_AB, contact_.X_AP);
-    const Vector3 carried = advance_.carried();
+    const Vector3 carried = advance_.carried() - out.spread;
     slip_ = {(R_PA_ * now.slip_A).head<2>() + carried.head<2>(), torsion ? now.twist + carried.z() : 0.0};
     out.renewed = now.turned;
     if (advance_.mean_rate) seen_ = (slip_ - before_) * (1 / advance_.time);

@@ -56,8 +56,9 @@ LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, Contac
   const Vector3 slip_A = R_AP.leftCols<2>() * friction.slip;
   next.slip_M = out.toM(slip_A);
   next.anchor = memory.anchor;
-  next.anchor.slip_A += R_AP.leftCols<2>() * advance.carried().head<2>();
-  next.anchor.twist += advance.carried().z();
+  const Vector3 carried = advance.carried() - friction.spread;
+  next.anchor.slip_A += R_AP.leftCols<2>() * carried.head<2>();
+  next.anchor.twist += carried.z();
   if (friction.renewed) next.anchor = {X_AB, contact.X_AP.p, next.normal_A, slip_A, friction.twist};
   next.rate_M = out.toM(R_AP.leftCols<2>() * V.linear.head<2>());
   next.force_M = out.toM(R_AP.leftCols<2>() * friction.force);

@@ -135,8 +135,9 @@ FrictionMemory secondStart(const ImplicitContact& c, const FrictionMemory& start
   const Vector3 more = (1 - kNext) * c.force.yielded;
   base.anchor.slip_A += c.volume.X_AP.R.leftCols<2>() * more.head<2>();
   base.anchor.twist += more[2];
-  base.area = std::max(0.0, s0.area + kNext * (s1.area - s0.area));
-  base.torsion = std::max(0.0, s0.torsion + kNext * (s1.torsion - s0.torsion));
+  // Area that has left may not seem to come again: the slip would fall by the error of the first stage's area.
+  base.area = std::max(s0.area, s0.area + kNext * (s1.area - s0.area));
+  base.torsion = std::max(s0.torsion, s0.torsion + kNext * (s1.torsion - s0.torsion));
   base.rate_M = c.force.inNewAxes(s0.rate_M);
   base.spin = s0.spin;
   base.sliding = s0.sliding;

@@ -149,6 +149,7 @@ void tell(const Model& model, const Island& island, const ImplicitReport& solved
   report.budget_used = std::max(report.budget_used, solved.budget_used);
   work.position_error = std::max(work.position_error, solved.position_error);
   if (!solved.converged) report.flags |= kNotConverged;
+  if (work.implicit->books.gave) report.flags |= kDissipationGave;
   if (!solved.joints_converged) report.flags |= kJointsNotConverged;
 }
 

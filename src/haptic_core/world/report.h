@@ -20,6 +20,7 @@ enum StepFlag : unsigned {
   kNotConverged = 1u << 3,        ///< the implicit solve ended at `residual`: shorten the step
   kPressureClipped = 1u << 4,     ///< somewhere a damper would have pulled; the pressure was held at 0 there
   kJointsNotConverged = 1u << 5,  ///< some joint's force is not what its law says: shorten the step
+  kDissipationGave = 1u << 6,     ///< a damper or friction gave energy over the step: the books of losses fall; shorten the step
   kTooFast = 1u << 7,             ///< a body moved farther than shapes are thick: its island needed more spans than kMostSpans
   kImpactUnresolved = 1u << 8,    ///< contacts began whose energy the step did not keep: see EnergyLedger::numerical, shorten the step
   kRunaway = 1u << 9,             ///< the world stopped: its steps had made more energy than there was; shorten the step

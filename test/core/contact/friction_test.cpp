@@ -117,6 +117,28 @@ TEST_F(Friction, WithoutTorsionThePatchDoesNotResistSpinning) {
   EXPECT_EQ(F.F_BP_P.torque.z(), 0);
 }
 
+/// A patch that grows holds what its old area held; its springs gain nothing by it. One that shrinks loses what the lost area held.
+TEST_F(Friction, AreaThatComesIsUnstrained) {
+  const double h = 1e-3;
+  const Twist V{Vector3(0, 0, 0.05), Vector3(2e-3, -1e-3, 0)};
+  FrictionMemory memory = force(V, {}, {h}).memory;
+  law_.material.tangential_damping = 0;
+  const double k = law_.material.tangential_stiffness, slip = memory.slip_M.norm(), twist = memory.twist;
+  for (const double grown : {1.0, 1.5, 4.0, 0.5}) {  // since the last evaluation
+    FrictionMemory smaller = memory;
+    smaller.area = kArea / grown, smaller.torsion = kTorsion / grown;
+    const double held = std::min(1.0, 1 / grown);
+    for (int step = 0; step < 3; ++step) {  // it stands: the anchor has kept it
+      const LocatedForce F = force({}, smaller, {h});
+      EXPECT_NEAR(F.F_BP_P.force.head<2>().norm(), k * kArea * held * slip, kRounding * load()) << grown;
+      EXPECT_NEAR(std::abs(F.F_BP_P.torque.z()), k * kTorsion * held * twist, kRounding * load() * kSide) << grown;
+      const double before = 0.5 * k * (smaller.area * smaller.slip_M.squaredNorm() + smaller.torsion * smaller.twist * smaller.twist);
+      EXPECT_LE(F.memory.energy, before * (1 + 1e-9)) << grown;
+      smaller = F.memory;
+    }
+  }
+}
+
 /// While N stays a layer's force falls with the slip, stuck or not, and N adds to it by `perLoad`.
 TEST(FrictionLayer, FallsWithTheSlipAndFollowsItsLoad) {
   std::mt19937 random(3);
