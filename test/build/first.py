@@ -232,6 +232,8 @@ def first_demo(release, totals):
 def first_test(release, totals):
     system = System(release, 'test', **shared_cache(release))
     run(totals, system, './run test')
+    if not totals.right[-1]:  # of which test said what
+        keep(os.path.join(system.written, 'haptics', 'build', 'Testing'), os.path.join(ROOT, 'build', 'log', f'first-{release}'))
     system.remove()
 
 
@@ -263,7 +265,9 @@ def run(totals, system, command, reach=NETWORK, wanted=0):
 
 # One call of each verb of the README's table, with the arguments of its first example; hardware excepted.
 VERBS = ('./run check touch_cube', './run check spidar_g6x3r', './run check friction', './run demo --emulate --device uart --seconds 2',
-         'apt-get install -y --no-install-recommends xvfb xauth >/dev/null; xvfb-run ./run demo --rviz --seconds 3',
+         # (Systems that run side by side share the machine's sockets: each has a display of its own.)
+         'apt-get install -y --no-install-recommends xvfb xauth >/dev/null; . /etc/os-release; '
+         'xvfb-run -n 1$VERSION_ID ./run demo --rviz --seconds 3',
          './run demo --seconds 2 --record a.bag', './run latency --device spidar_g6x3r --transport twin --seconds 1', './run replay a.bag',
          './run report a.bag', './run export a.bag --mcap', './run experiment friction --power', './run version', './run bench python',
          './run build', './run package', './run docs', './run report rest --quick')
@@ -411,6 +415,7 @@ def main(words):
     if unknown:
         print(f"first.py: unknown group '{unknown[0]}'; there are: {' '.join(GROUPS)}", file=sys.stderr)
         return 2
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job has it ignored, and so would all that is called
     totals = Totals()
     try:
         for name in words or GROUPS:
