@@ -191,7 +191,7 @@ double evaluationUnits(const Model& model, const Island& island, const State& st
 void openIsland(double h, double most, ImplicitWork& work) noexcept {
   work.report = ImplicitReport{};
   work.books.length = h;
-  work.books.gave = false;
+  work.books.given = 0;
   work.stage.units = 0;
   work.stage.most_units = most;
 }

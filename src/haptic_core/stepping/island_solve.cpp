@@ -132,6 +132,9 @@ void placeAgain(const Model& model, const Island& island, const State& state, Wo
   }
 }
 
+/// Share of all energy that there was to draw on which dampers and friction of an island may give in a step unsaid [1]: rounding.
+constexpr double kGiven = 1e-9;
+
 /// The island's report goes into the step's.
 void tell(const Model& model, const Island& island, const ImplicitReport& solved, const State& state, Work& work,
           StepReport& report) noexcept {
@@ -149,7 +152,8 @@ void tell(const Model& model, const Island& island, const ImplicitReport& solved
   report.budget_used = std::max(report.budget_used, solved.budget_used);
   work.position_error = std::max(work.position_error, solved.position_error);
   if (!solved.converged) report.flags |= kNotConverged;
-  if (work.implicit->books.gave) report.flags |= kDissipationGave;
+  const EnergySums& sums = state.energy;
+  if (work.implicit->books.given > kGiven * (sums.supply + sums.highest - sums.lowest)) report.flags |= kDissipationGave;
   if (!solved.joints_converged) report.flags |= kJointsNotConverged;
 }
 

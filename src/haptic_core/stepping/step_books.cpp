@@ -46,10 +46,6 @@ void bookForces(const ImplicitStage& stage, const SolvedPart& part, State& state
   books.forces_before = now;
 }
 
-/// Share of the energy that a contact exchanges in a part of a step which its damper or friction may give unsaid [1]: rounding, and
-/// friction's springs where their patch turns.
-constexpr double kGiven = 1e-9;
-
 /// Impulses and energies of the pairs, and their friction at the part's end. Work is the mean wrench times the way of this part.
 void bookPairs(const WorldSettings& settings, const ImplicitStage& stage, const SolvedPart& part, bool first_part, State& state,
                StepBooks& books) noexcept {
@@ -82,9 +78,7 @@ void bookPairs(const WorldSettings& settings, const ImplicitStage& stage, const 
     state.energy.bookPressure(work.damping, beyond, before, memory, pair.buried);
     const double friction = work.friction + before.energy - memory.energy;
     (memory.sliding != 0 ? state.energy.friction : state.energy.damping) += now || before.touching != 0 ? friction : 0;
-    const double exchanged = std::abs(work.elastic) + std::abs(work.damping) + std::abs(work.friction) + before.elastic_energy +
-                             memory.elastic_energy + before.energy + memory.energy;
-    books.gave |= std::min(0.0, work.damping) + std::min(0.0, friction) < -kGiven * exchanged;
+    books.given -= std::min(0.0, work.damping) + std::min(0.0, friction);
   }
 }
 

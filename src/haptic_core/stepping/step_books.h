@@ -54,7 +54,7 @@ struct StepBooks {
   std::vector<double> coupling_work;     ///< by pointer: on its link in the step so far [J]
   StageWrenches first, last;             ///< of SDIRK2's first stage; of the last stage that was gathered
   ForcePower forces_before;              ///< of the island's force elements, at the end of the last part
-  bool gave = false;                     ///< a contact's damper or friction gave energy in a part of the step
+  double given = 0;                      ///< energy that dampers and friction of contacts gave in parts of the step [J]
 
   explicit StepBooks(const Model& model);  ///< set-up: room for all pairs and pointers
 };
