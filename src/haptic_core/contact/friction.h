@@ -203,7 +203,7 @@ struct FrictionForce {
   FrictionAnchor trial;                     ///< here and now, with the slip of a layer that does not yield
   bool renewed = false;                     ///< `trial`, less the slip that yielded, is the anchor from here on; else the old one stays
   SharedTurn since;                         ///< the old anchor
-  Vector3 spread = Vector3::Zero();         ///< slip that is gone because the area has grown; negative: it has shrunk [m, m, rad]
+  Vector3 spread = Vector3::Zero();         ///< slip that is gone because the area has grown [m, m, rad]
 };
 
 /// (in realtime) A pure function. X_AB: of B's shape in A's. `V`: twist of B relative to A at P, in P's axes.

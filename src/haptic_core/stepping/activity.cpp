@@ -1,5 +1,7 @@
 #include "haptic_core/stepping/activity.h"
 
+#include <algorithm>
+
 #include "haptic_core/stepping/own_rate.h"
 #include "haptic_core/world/carry_over.h"
 #include "haptic_core/world/work.h"

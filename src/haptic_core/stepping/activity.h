@@ -2,15 +2,14 @@
 /// that found it so until something that moves comes near, a hand pulls at it, its turn comes, or a caller changes the world.
 ///
 /// Its trees, shapes and boxes leave the lists that a step visits (world/visits.h), its pairs go from one list of the state to another
-/// (world/pair_store.h), the reports of its contacts likewise (Report::resting), and its boxes into a tree, against which those of what
-/// moves are tested. So the cost of a step follows what moves, and the logarithm of what rests. To leave an island out and to wake it costs
-/// as much as its pairs, and a look at each pair of the list that it leaves.
+/// (world/pair_store.h), the reports of its contacts as well (Report::resting), and its boxes into a tree, against which the boxes of
+/// moving bodies are tested. So the cost of a step follows what moves, and the logarithm of what rests. To leave an island out and to
+/// wake it costs as much as its pairs, and a look at each pair of the list that it leaves.
 ///
 /// All of this follows from steps that were taken; none is state: save, restore, hash and replay know nothing of it, and an island that
 /// is visited although it rests is found as it was, bit for bit. It wakes without a jump of any wrench, for the step that wakes it starts
 /// from the velocities and forces of those that were left out.
 #pragma once
-#include <algorithm>
 #include <vector>
 
 #include "haptic_core/geometry/search/box_slots.h"

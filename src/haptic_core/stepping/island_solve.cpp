@@ -133,6 +133,7 @@ void placeAgain(const Model& model, const Island& island, const State& state, Wo
 }
 
 /// Share of all energy that there was to draw on which dampers and friction of an island may give in a step unsaid [1]: rounding.
+/// Larger: `power.given_rel` rises with it; smaller: steps are flagged for rounding.
 constexpr double kGiven = 1e-9;
 
 /// The island's report goes into the step's.

@@ -201,7 +201,7 @@ struct State {
   std::vector<double> a_end, a_mean, v_mean;
   /// By tree: length of that step [s]; 0: there is none to go on from; negative: contacts jumped in it.
   std::vector<double> last_step;
-  std::vector<int> calm;               ///< by tree: steps in a row in which it was slow (stepping/activity.h)
+  std::vector<int> calm;               ///< by tree: steps in a row in which it was slow (stepping/rest.h)
   /// By tree: step at whose start it has its next turn, 0: every step is; and the number of steps after which it was as it is now
   /// (stepping/own_rate.h).
   std::vector<std::uint64_t> turn, as_of;

@@ -58,6 +58,7 @@ struct World::Impl {
     report.step = StepReport{};
     report.step.step = state.step;
     report.clearContacts();
+    std::fill(report.left.begin(), report.left.end(), ContactReport{});  // a slot may get its pair again, at another time
     history.clear();
     sensors.clear();
     refreshHands(model, state, work.hands);

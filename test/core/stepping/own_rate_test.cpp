@@ -108,6 +108,30 @@ TEST(OwnRate, AWorldThatIsLookedAtOrRestoredGoesOnWithTheSameBits) {
   }
 }
 
+/// Contacts of what waits are told again until its turn: none of a time after the one that is restored.
+TEST(OwnRate, ARestoredWorldReportsNothingOfAnotherTime) {
+  const WorldDef def = tumbling(kFar);
+  World world(def);
+  int compared = 0;
+  for (int round = 0; round < 5; ++round) {
+    for (int i = 0; i < 203; ++i) rub(world);
+    const std::vector<double> saved = world.save();
+    for (int i = 0; i < 97; ++i) rub(world);
+    world.restore(saved);
+    World fresh(def);
+    fresh.restore(saved);
+    for (int i = 0; i < 12; ++i) {
+      rub(world), rub(fresh);
+      ASSERT_EQ(world.contactCount(), fresh.contactCount()) << round << ", " << i;
+      for (int c = 0; c < world.contactCount(); ++c, ++compared) {
+        ASSERT_EQ(world.contact(c).F_BP_W.force, fresh.contact(c).F_BP_W.force) << round << ", " << i;
+      }
+      ASSERT_EQ(world.hash(), fresh.hash());
+    }
+  }
+  EXPECT_GT(compared, 100);
+}
+
 TEST(OwnRate, AHandThatComesToWhatStandsFindsTheSameWhetherItSleepsOrNot) {
   WorldSettings settings;
   settings.step = kStep, settings.far_step = 1e-2, settings.history_steps = 10;
