@@ -34,17 +34,20 @@ users() {
   demo_s=$cpu_s all_s=$cpu_s
   echo "figure build.demo_cpu_s $demo_s s"
   objects >"$work/first"
-  # For the progress line: how long each object took beside the others, scaled to the CPU seconds of all.
-  awk -v cpu="$demo_s" '
-    $4 ~ /\.o$/ { name = $4; sub(/.*CMakeFiles\//, "", name); sub(/\.dir\/(Unity\/)?/, "/", name); took[name] = $2 - $1; sum += $2 - $1 }
-    END { for (name in took) if (took[name] * cpu / sum >= 1) printf "%.0f %s\n", took[name] * cpu / sum, name }' \
-    build/.ninja_log | sort -rn >"$work/build_seconds.txt"
+  cp build/.ninja_log "$work/demo.ninja_log"
   for verb in 'check touch_cube' 'check spidar_g6x3r' build 'demo --emulate --device uart --seconds 3' 'test ^links$'; do
     # shellcheck disable=SC2086 # a verb and its arguments
     cpu_of ./run $verb
     case $verb in build | test*) all_s=$(echo "$all_s $cpu_s" | awk '{ print $1 + $2 }') ;; esac
   done
   echo "figure build.all_cpu_s $all_s s"
+  # launch/verbs/parts/build_seconds.txt: how long each object took beside the others, scaled to the CPU seconds of the demo's.
+  awk -v cpu="$demo_s" '
+    $4 !~ /\.o$/ { next }
+    { name = $4; sub(/.*CMakeFiles\//, "", name); sub(/\.dir\/(Unity\/)?/, "/", name); took[name] = $2 - $1 }
+    NR == FNR { demo[name] = 1; sum += $2 - $1 }
+    END { for (name in took) if (took[name] * cpu / sum >= 1) printf "%.0f %s%s\n", took[name] * cpu / sum, name, demo[name] ? "" : " later" }' \
+    "$work/demo.ninja_log" build/.ninja_log | sort -k3,3 -k1,1rn >"$work/build_seconds.txt"
   objects >"$work/later"
   echo "figure build.second_run_compiles $(comm -23 "$work/first" "$work/later" | wc -l) 1"
 }

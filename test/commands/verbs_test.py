@@ -84,7 +84,7 @@ class Verbs(unittest.TestCase):
         """Builds of known length, on machines slower and faster than that of the table, whose objects take more or less: nineteen of
         twenty estimates. One is wrong where the longest object happens to come last."""
         with open(os.path.join(VERBS, "parts", "build_seconds.txt"), encoding="utf-8") as file:
-            table = [line.split() for line in file if not line.startswith("#")]
+            table = [line.split()[:2] for line in file if not line.startswith("#")]
         random, cores, errors = Random(1), os.cpu_count(), []
         for factor in (0.5, 1, 3) * 7:
             objects = [(name, factor * random.uniform(0.6, 1.4) * float(s)) for s, name in table]
