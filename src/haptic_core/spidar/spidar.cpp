@@ -38,6 +38,7 @@ const char* toString(DeviceState state) {
 Spidar::Spidar(const DeviceDef& def, const SpidarSettings& settings)
     : def_(def),
       settings_(settings),
+      velocity_memory_(1 / (2 * M_PI * settings.velocity_cutoff_hz)),
       kinematics_(def),
       distribution_(def, kinematics_),
       health_(def, settings.health),
@@ -266,7 +267,7 @@ void Spidar::updatePose(const PoseSolution& solved, const GripPose& steady, doub
   const Matrix3 turn = X1.R * X0.R.transpose();
   const Vector3 theta =
       0.5 * Vector3(turn(2, 1) - turn(1, 2), turn(0, 2) - turn(2, 0), turn(1, 0) - turn(0, 1));
-  const double gain = 1 - elementary::exp(-2 * M_PI * settings_.velocity_cutoff_hz * h);
+  const double gain = 1 - velocity_memory_.over(h);
   twist_.angular += gain * (theta / h - twist_.angular);
   twist_.linear += gain * ((X1.p - X0.p) / h - twist_.linear);
   opening_rate_ += gain * ((steady.opening - steady_.opening) / h - opening_rate_);

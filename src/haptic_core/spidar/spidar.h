@@ -8,6 +8,7 @@
 #pragma once
 #include <vector>
 
+#include "haptic_core/base/decay.h"
 #include "haptic_core/spidar/calibration.h"
 #include "haptic_core/spidar/device_diagnosis.h"
 #include "haptic_core/spidar/device_requests.h"
@@ -222,6 +223,7 @@ class Spidar {
 
   DeviceDef def_;
   SpidarSettings settings_;
+  Decay velocity_memory_;  ///< of the low-pass of velocities
   StringKinematics kinematics_;
   TensionDistribution distribution_;
   StringHealth health_;

@@ -16,7 +16,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "haptic_core/base/elementary.h"
+#include "haptic_core/base/decay.h"
 #include "haptic_core/spidar/device_def.h"
 
 namespace haptic {
@@ -45,7 +45,7 @@ class SteadyLengths {
       low_ = high_ = counted;
       since_ = 0;
     }
-    const double gain = 1 - elementary::exp(-h / kSmooth);
+    const double gain = 1 - smooth_.over(h);
     StringVector length = counted;
     for (Eigen::Index i = 0; i < length.size(); ++i) {
       const double c = counted[i], most = kMotion * quantum_[i];
@@ -81,6 +81,7 @@ class SteadyLengths {
     since_ = 0;
   }
 
+  Decay smooth_{kSmooth};
   StringVector quantum_, middle_, low_, high_, low_before_, high_before_;  ///< [m]
   double since_ = 0;                                                       ///< of this half of the window [s]
   bool known_ = false;

@@ -17,7 +17,7 @@
 #include <cstdint>
 #include <string>
 
-#include "haptic_core/base/elementary.h"
+#include "haptic_core/base/decay.h"
 #include "haptic_core/base/spatial.h"
 #include "haptic_core/spidar/device_def.h"
 
@@ -59,7 +59,6 @@ class StillCounters {
       known_ = true, still_ = 0;
       return;
     }
-    double over = 0, keep = 1, keep_slow = 1;  // strings that move have waited alike
     bool moved = false;
     for (int i = 0; i < strings_; ++i) moved = moved || counts[static_cast<std::size_t>(i)] != counts_[i];
     still_ = moved ? 0 : still_ + h;
@@ -73,10 +72,9 @@ class StillCounters {
       missing_[i] = change != 0 ? 0 : missing_[i] + std::max(0.0, foretold) * h;
       waited_[i] += h;
       if (change != 0 || missing_[i] < 1) {
-        if (waited_[i] != over) over = waited_[i], keep = elementary::exp(-over / kMean), keep_slow = elementary::exp(-over / kSlowMean);
-        const double now = change / over;
-        rate_[i] = now + keep * (rate_[i] - now);
-        slow_rate_[i] = now + keep_slow * (slow_rate_[i] - now);
+        const double now = change / waited_[i];  // strings that move have waited alike
+        rate_[i] = now + mean_.over(waited_[i]) * (rate_[i] - now);
+        slow_rate_[i] = now + slow_mean_.over(waited_[i]) * (slow_rate_[i] - now);
         waited_[i] = 0;
       }
       moving_ += change != 0;
@@ -125,6 +123,7 @@ class StillCounters {
   static constexpr double kMissing = 3;      ///< [counts]; a string at 0.1 m/s misses them within a tick
   static constexpr double kBoardRest = 0.0025;  ///< [s]; three readings at 1 kHz
 
+  Decay mean_{kMean}, slow_mean_{kSlowMean};
   int strings_, boards_ = 0;
   int end_[kMaxStrings] = {};  ///< of each board's strings
   double step_[kMaxStrings] = {}, coarsest_ = 0;  ///< [m]
