@@ -21,7 +21,7 @@ CORE = structure.CORE
 HEADLESS = re.compile(r'\b([Ww]hat (is|was|has|a|an|the|no|of|it|they|can|does)|[Nn]obody|that which)\b')
 # Stage of the step -> functions that are this stage.
 STAGES = {'aim hands': ('aimHands', 'findActing'), 'place': ('place', 'placeAll', 'placeTrees'), 'find pairs': ('findPairs', 'lookForPairs'),
-          'form islands': ('formIslands',), 'advance': ('advance',), 'collect': ('collectHeld',), 'book': ('book', 'closeLedger')}
+          'advance': ('advance',), 'collect': ('collectHeld',), 'book': ('book', 'closeLedger')}
 OBSERVERS = {'energy_ledger'}  # settings that change no bit of the motion and nothing of the method
 CASES = ('demo', 'heap10', 'allegro')
 GIVEN = ('house_bench.cpp', 'house.cmake', os.path.join('..', 'scenes', 'circling_hands.h'))
@@ -53,6 +53,37 @@ def pipeline(code):
     figure('house.pipeline_calls_max', most, 'places')
 
 
+def stages_of_step(code):
+    """Functions that the pipeline of step.cpp calls and a header of world or stepping declares: how many are called from elsewhere too."""
+    path = next(path for path in code if path.endswith('/world/step.cpp'))
+    body = re.search(r'^void run\(.*?^\}', code[path], re.S | re.M).group(0)
+    rooms = {p: text for p, text in code.items() if p.split('/')[2] in ('world', 'stepping')}
+    declared = [name for name in sorted(set(re.findall(r'\b(?:stepping::)?(\w+)\(', body)))
+                if any(re.search(rf'^\w[\w&*<>: ]* {name}\(', text, re.M) for p, text in rooms.items() if p.endswith('.h'))]
+    places = {name: {p: calls(text, name) for p, text in rooms.items() if p.endswith('.cpp') and calls(text, name)} for name in declared}
+    twice = {name: at for name, at in places.items() if sum(at.values()) > 1}
+    for name, at in twice.items():
+        print(f'called more than once: {name} in', *map(os.path.basename, at))
+    print('stages of step.cpp:', *declared)
+    figure('house.stage_calls_twice', len(twice), 'stages')
+
+
+def reads(code):
+    """Fields of a StepReport that code of world and stepping takes the value of. Written: assigned, added to, flagged, handed to the
+    clock of stages; functions of the report write it."""
+    found = []
+    for path, text in code.items():
+        if path.split('/')[2] not in ('world', 'stepping') or 'StepReport& report' not in text or path.endswith('/runaway.h'):
+            continue
+        for n, line in enumerate(text.split('\n'), 1):
+            for match in re.finditer(r'(?<![\w.>])report\.(\w+)(?!\w|\(|\.| ?(?:[+|]?=)(?!=))', line):
+                if match.group(1) != 'stages' and '++report.' + match.group(1) not in line and '#include' not in line:
+                    found.append(f'{path}:{n}: {line.strip()}')
+    for place in found:
+        print('read:', place)
+    figure('report.read_in_step', len(found), 'reads')
+
+
 def arrows():
     """Includes from a folder to one that architecture_test lists later."""
     rank = {room: place for place, room in enumerate(architecture_test.CORE)}
@@ -65,7 +96,7 @@ def arrows():
                 upward.setdefault((room, target), []).append(os.path.basename(path))
     for (room, target), files in upward.items():
         print(f'upward: {room} -> {target}, {len(files)} includes in', *sorted(set(files)))
-    figure('house.upward_arrows', len(upward), 'arrows')
+    figure('house.arrows_up', len(upward), 'arrows')
     figure('house.upward_imports', sum(map(len, upward.values())), 'includes')
 
 
@@ -157,6 +188,8 @@ def main():
         lines[room] = lines.get(room, 0) + structure.code_lines(text)
         code[path] = structure.plain(text)
     pipeline(code)
+    stages_of_step(code)
+    reads(code)
     arrows()
     forces(code)
     modes(code)

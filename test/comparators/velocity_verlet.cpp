@@ -19,7 +19,7 @@ class VelocityVerlet : public Comparator {
     for (const ModelTree& tree : model.trees) scratch_.fit(*tree.model);
   }
 
-  void advance(const Model& model, double h, State& state, Work& work, Report& report) noexcept override;
+  void advance(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept override;
 
  private:
   /// A force element at the start of the step, for the ledger.
@@ -31,8 +31,8 @@ class VelocityVerlet : public Comparator {
   SteppedTree inPlace(const Model& model, const ModelTree& tree, State& state, Work& work) noexcept;
   void finish(const Model& model, const ModelTree& tree, double h, State& state, Work& work) noexcept;
   bool isPrimed(const Model& model, const ModelTree& tree, const State& state) const noexcept;
-  void prime(const Model& model, double h, State& state, Work& work, Report& report) noexcept;
-  void evaluate(const Model& model, double h, bool advances, State& state, Work& work, Report& report) noexcept;
+  void prime(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept;
+  void evaluate(const Model& model, double h, bool advances, State& state, Work& work, StepReport& report) noexcept;
   void pullCoupled(const Model& model, double h, bool advances, State& state, Work& work) const noexcept;
   void lookAhead(const Model& model, double h, State& state, Work& work) noexcept;
   void noteForces(const Model& model, const Work& work) noexcept;
@@ -121,8 +121,8 @@ void VelocityVerlet::pullCoupled(const Model& model, double h, bool advances, St
 
 /// Contacts and pulls here and now, at the end of a step or, with time 0, at the start of the first one.
 void VelocityVerlet::evaluate(const Model& model, double h, bool advances, State& state, Work& work,
-                              Report& report) noexcept {
-  work.clock.end(report.step.stages.motion);
+                              StepReport& report) noexcept {
+  work.clock.end(report.stages.motion);
   stepping::lookForPairs(model, 0, state, work, report);
   Advance advance;
   advance.time = advances ? h : 0;
@@ -143,7 +143,7 @@ bool VelocityVerlet::isPrimed(const Model& model, const ModelTree& tree, const S
 }
 
 /// What pulls at trees that begin here.
-void VelocityVerlet::prime(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
+void VelocityVerlet::prime(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept {
   const std::vector<const ModelTree*>& movers = work.hands.movers;
   for (const ModelTree* tree : movers) primed_[model.indexOf(*tree)] = isPrimed(model, *tree, state);
   const auto primed = [&](const ModelTree* tree) { return primed_[model.indexOf(*tree)] != 0; };
@@ -179,13 +179,13 @@ void VelocityVerlet::bookForces(const Model& model, double h, const Work& work, 
   });
 }
 
-void VelocityVerlet::advance(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
+void VelocityVerlet::advance(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept {
   prime(model, h, state, work, report);
   const Vector3& gravity = model.settings.gravity;
   const bool books = model.settings.energy_ledger;
   if (books) noteForces(model, work);
   for (const ModelTree* tree : work.hands.movers) {
-    stepping::book(startVerlet(inPlace(model, *tree, state, work), gravity, h, scratch_), state, report.step);
+    stepping::book(startVerlet(inPlace(model, *tree, state, work), gravity, h, scratch_), state, report);
   }
   moveHeld(model, state, work.hands, work.placement);
   for (const int t : work.visits.trees) {  // startVerlet has placed the others

@@ -57,8 +57,7 @@ void bookRelease(const FrictionMemory& last, EnergySums& sums) noexcept {
 
 /// The bodies parted inside the step, τ after its start, while the force fell like (τ - t)ⁿ: its impulse was
 /// F τ/(n + 1), where the trapezoidal rule has taken F h/2.
-void release(const Model& model, int index, const Advance& advance, State& state, Work& work, VerletContacts& contacts,
-             Report& report) noexcept {
+void release(const Model& model, int index, const Advance& advance, State& state, Work& work, VerletContacts& contacts) noexcept {
   const ActivePair& pair = state.pairs[index];
   const ReleaseMemory& last = contacts.memory[index].release;
   const double h = advance.time;
@@ -76,7 +75,7 @@ void release(const Model& model, int index, const Advance& advance, State& state
   ended.F_BP_W = last.F_BP_W * (tau / (order + 1) / h);
   ended.normal_force = ended.F_BP_W.force.dot(ended.X_WP.R.col(2));
   ended.event = tau / h;
-  report.addContact(ended, false);
+  work.reported.tell(index, ended);
 }
 
 /// Velocity Verlet takes half of its impulse from the force before and half from the force after, and adds what events change:
@@ -114,11 +113,12 @@ ReleaseMemory releaseOf(const ContactVolume& volume, const Twist& V_AB_P, const 
 }
 
 void evaluatePair(const Model& model, ContactModel contact_model, int index, const Advance& advance, State& state, Work& work,
-                  VerletContacts& contacts, Report& report) noexcept {
+                  VerletContacts& contacts, StepReport& report) noexcept {
   ActivePair& pair = state.pairs[index];
+  work.reported.open(index);
   ContactWorkspace& workspace = work.contacts.workspace;
   Placement& placement = work.placement;
-  StageTimes& times = report.step.stages;
+  StageTimes& times = report.stages;
   ContactEvaluation c;
   const ContactPlaces places{placement.link.data(), placement.X_WS.data(), work.hands.held_by.data(),
                              work.hands.acting.empty() ? nullptr : work.hands.bound.data(),
@@ -129,7 +129,7 @@ void evaluatePair(const Model& model, ContactModel contact_model, int index, con
   if (overlap) placeContact(model, pair, places, c);
   work.clock.end(overlap ? times.volume : times.detection);
   if (!overlap) {
-    if (pair.friction.touching != 0) release(model, index, advance, state, work, contacts, report);
+    if (pair.friction.touching != 0) release(model, index, advance, state, work, contacts);
     pair.friction = {};
     pair.buried = false;
     return;
@@ -156,9 +156,10 @@ void evaluatePair(const Model& model, ContactModel contact_model, int index, con
   if (advance.time > 0) reportMean(release, touched, event, advance.time, contact);
   release = releaseOf(c.volume, c.V_AB_P, c.X_WP, c.force);
   if (memory.began != 0) {
-    report.addImpact(-c.V_AB_P.linear.z(), c.law.reduced_mass, advance.time * model.settings.gravity.norm());
+    work.noteImpact(-c.V_AB_P.linear.z(), c.law.reduced_mass, advance.time * model.settings.gravity.norm());
   }
-  report.addContact(contact, c.force.clipped);
+  work.reported.tell(index, contact);
+  report.flag(contact, c.force.clipped);
   work.clock.end(times.force);
 }
 
@@ -180,12 +181,11 @@ VerletContacts::VerletContacts(const Model& model) : on_link(model.links.size())
 }
 
 void evaluateContacts(const Model& model, ContactModel contact_model, const Advance& advance, State& state, Work& work,
-                      VerletContacts& contacts, Report& report) noexcept {
-  report.contacts.clear();
+                      VerletContacts& contacts, StepReport& report) noexcept {
   contacts.booked.clear();
   contacts.has_kick = false;
   remember(state, contacts);
-  work.clock.end(report.step.stages.search);
+  work.clock.end(report.stages.search);
   countContacts(model, state, contacts.on_link);
   Seams& seams = work.contacts.seams;
   if (seams.any()) seams.find(state.pairs.data(), state.pairs.awake(), work.placement.X_WS.data(), work.contacts.workspace);

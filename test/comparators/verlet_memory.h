@@ -55,7 +55,7 @@ using ContactModel = void (*)(const ConvexShape& A, const ConvexShape& B, Contac
 
 /// (in realtime) All contacts here and now; see Advance.
 void evaluateContacts(const Model& model, ContactModel contact_model, const Advance& advance, State& state, Work& work,
-                      VerletContacts& contacts, Report& report) noexcept;
+                      VerletContacts& contacts, StepReport& report) noexcept;
 
 /// (in realtime) After a step, the placement at its end: a contact's two half kicks, with the last force (its work is known from that
 /// evaluation's power and the power's rate) and with the new one; trees whose joints have laws are pulled at by the last force alone.

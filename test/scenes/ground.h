@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "../comparators/velocity_verlet.h"
 #include "blocks.h"
 #include "haptic_core/base/elementary.h"
 #include "haptic_core/geometry/hulls/ground.h"
@@ -84,11 +83,13 @@ struct LedBody {
   double mass = 0.5;  ///< [kg]
 };
 
+/// Steps after which a body that is led stands where its hand is: it comes from above, stops short of the ground and enters it by shares.
+constexpr int kEntered = 10;
+
 /// World of one ground and a led body.
 inline WorldDef ledOver(const std::vector<ArticulationDef>& ground, const LedBody& body, const Matrix3& R_WG = Matrix3::Identity()) {
   WorldDef def;
   def.settings.gravity = Vector3(0, 0, -kGravity);
-  def.settings.comparator = comparators::velocityVerlet;
   CubeParameters c;
   c.mass = body.mass;
   c.mu_static = c.mu_dynamic = 0.3;
@@ -137,8 +138,8 @@ inline double edgeJump(const std::vector<ArticulationDef>& ground, const std::ve
     }
     const Wrench difference = over.pointerWrench(0) - on.pointerWrench(0);
     const double error = std::max(difference.force.norm(), difference.torque.norm() / body.shape->boundingRadius());
-    if (k > 2) worst = std::max(worst, error / (body.mass * kGravity));  // by then both stand where the hand is
-    if (!(on.pointerWrench(0).force.norm() > 0) && k > 2) return std::nan("");  // it never touched
+    if (k > kEntered) worst = std::max(worst, error / (body.mass * kGravity));
+    if (!(on.pointerWrench(0).force.norm() > 0) && k > kEntered) return std::nan("");  // it never touched
   }
   return worst;
 }

@@ -1,6 +1,7 @@
 #include "haptic_core/stepping/activity.h"
 
 #include <algorithm>
+#include <functional>
 
 #include "haptic_core/stepping/own_rate.h"
 #include "haptic_core/world/carry_over.h"
@@ -36,15 +37,6 @@ std::vector<int> firstByTree(const Model& model, std::size_t count, LinkOf&& lin
   return first;
 }
 
-/// Adds what ascends to what ascends.
-void merge(const std::vector<int>& added, std::vector<int>& list) noexcept {
-  std::size_t from = list.size(), next = added.size();
-  list.resize(from + next);  // it has room for all
-  for (std::size_t to = list.size(); next > 0;) {
-    list[--to] = from > 0 && list[from - 1] > added[next - 1] ? list[--from] : added[--next];
-  }
-}
-
 bool isLeftOut(const Model& model, const ActivePair& pair, const Visits& visits) noexcept {
   return visits.leaveOut(model.treeOf(pair.shapeA()), model.treeOf(pair.shapeB()));
 }
@@ -68,55 +60,32 @@ Activity::Activity(const Model& model)
   boxes_ = BoxSlots(placesOf(model));
 }
 
-void Activity::leave(const Island& island, int first_contact, const State& state, Visits& visits, const Report& report) noexcept {
+void Activity::leave(const Island& island, const State& state, Visits& visits) noexcept {
   if (!on_) return;
-  leaving_.push_back({static_cast<int>(leaving_trees_.size()), island.tree_count, first_contact, report.contacts.size() - first_contact});
+  leaving_.push_back({static_cast<int>(leaving_trees_.size()), island.tree_count});
   leaving_trees_.insert(leaving_trees_.end(), island.trees, island.trees + island.tree_count);
   const Phase phase = state.turn[island.trees[0]] != 0 ? Phase::kWaits : Phase::kRests;
   for (int n = 0; n < island.tree_count; ++n) visits.phase[island.trees[n]] = phase;
 }
 
-void Activity::leaveAgain(const Island& island, const State& state, Visits& visits, Report& report) noexcept {
-  const int first_contact = report.contacts.size();
-  for (int n = 0; n < island.pair_count; ++n) {
-    const ActivePair& pair = state.pairs[island.pairs[n]];
-    const ContactReport& contact = report.left[island.pairs[n]];
-    const bool known = contact.shape_a == pair.shapeA() && contact.shape_b == pair.shapeB();  // a restored world has none
-    if (pair.friction.touching != 0 && known) report.contacts.push_back(contact);
-  }
-  leave(island, first_contact, state, visits, report);
-}
-
-void Activity::close(const Model& model, State& state, Work& work, Report& report) noexcept {
-  report.step.implicit_islands += static_cast<int>(islands_.size());
-  report.step.standing += trees_ - waiting_;
-  report.step.waiting += waiting_;
-  report.step.flags |= flags_;
+void Activity::close(const Model& model, State& state, Work& work, StepReport& report) noexcept {
+  report.implicit_islands += static_cast<int>(islands_.size());
+  report.standing += trees_ - waiting_;
+  report.waiting += waiting_;
+  report.flags |= flags_;
   const HandWork& hands = work.hands;
-  idle_ = trees_ > 0 && report.step.waiting == 0 && hands.movers.empty() && hands.acting.empty() && hands.leading.empty();
-  if (!report.step.finite) {
+  idle_ = trees_ > 0 && waiting_ == 0 && hands.movers.empty() && hands.acting.empty() && hands.leading.empty();
+  if (work.stopped) {
     for (const int t : leaving_trees_) work.visits.phase[t] = Phase::kMoves;
   } else if (!leaving_.empty()) {
-    for (const Leaving& island : leaving_) {
-      takeContacts(island, state, report);
-      lay(model, island, state, work);
-    }
-    report.dropLeft();
+    for (const Leaving& island : leaving_) lay(model, island, state, work);
     state.pairs.rest([&](int i) { return isLeftOut(model, state.pairs[i], work.visits); });
-    changed(model, work, report);
+    changed(model, state, work);
   }
   leaving_.clear(), leaving_trees_.clear();
-  report.step.pairs = state.pairs.count();
-  report.step.contacts = report.contactCount();
-}
-
-/// The contacts of an island that leaves are kept by the slots of their pairs.
-void Activity::takeContacts(const Leaving& island, const State& state, Report& report) noexcept {
-  for (int i = island.first_contact; i < island.first_contact + island.contacts; ++i) {
-    const ContactReport& contact = report.contacts[i];
-    report.leave(i, state.pairs.find(ActivePair::keyOf(contact.shape_a, contact.shape_b)));
-    flags_ |= flagsOf(contact);
-  }
+  work.reported.list(state.pairs.awake());
+  report.pairs = state.pairs.count();
+  report.contacts = work.reported.count();
 }
 
 /// Its trees leave, each box as wide as it may come until the next turn, from where it is now.
@@ -141,7 +110,7 @@ void Activity::lay(const Model& model, const Leaving& island, const State& state
 }
 
 /// The lists that a step visits, without what is left out.
-void Activity::changed(const Model& model, Work& work, const Report& report) noexcept {
+void Activity::changed(const Model& model, const State& state, Work& work) noexcept {
   ++changes_;
   Visits& visits = work.visits;
   const auto left = [&](int tree) { return visits.phase[tree] != Phase::kMoves; };
@@ -154,7 +123,9 @@ void Activity::changed(const Model& model, Work& work, const Report& report) noe
     if (work.hands.movesByItself(model.trees[t])) work.hands.movers.push_back(&model.trees[t]);
   }
   flags_ = 0;
-  for (const int slot : report.resting) flags_ |= flagsOf(report.left[slot]);
+  work.reported.list(state.pairs.awake());
+  work.reported.listResting(state.pairs.resting());
+  for (const int slot : work.reported.resting()) flags_ |= flagsOf(work.reported[slot]);
 }
 
 void Activity::mark(int tree) noexcept {
@@ -164,7 +135,7 @@ void Activity::mark(int tree) noexcept {
   ++marked_;
 }
 
-void Activity::wakeNear(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
+void Activity::wakeNear(const Model& model, double h, State& state, Work& work) noexcept {
   if (islands_.empty() || !model.searches_pairs) return;
   for (const int s : work.visits.shapes) {
     boxes_.eachOverlap(work.placement.box[s], [&](int slot) {
@@ -173,29 +144,29 @@ void Activity::wakeNear(const Model& model, double h, State& state, Work& work, 
     });
   }
   if (marked_ == 0) return;
-  wakeMarked(model, state, work, report);
+  wakeMarked(model, state, work);
   placeShapes(model, h, work.visits.shapes, state, work.hands, work.placement);
 }
 
-void Activity::wakeForStep(const Model& model, State& state, Work& work, Report& report) noexcept {
+void Activity::wakeForStep(const Model& model, State& state, Work& work) noexcept {
   for (const PointerState& pointer : state.pointers) {
     if (pointer.targeted && pointer.link >= 0) mark(model.links[pointer.link].articulation);
   }
   for (std::size_t i = 0; waiting_ > 0 && i < islands_.size(); ++i) {
     if (isDue(state, islands_[i])) mark(islands_[i]);
   }
-  if (marked_ > 0) wakeMarked(model, state, work, report);
+  if (marked_ > 0) wakeMarked(model, state, work);
 }
 
-void Activity::wakeAll(const Model& model, bool waiting_only, State& state, Work& work, Report& report) noexcept {
+void Activity::wakeAll(const Model& model, bool waiting_only, State& state, Work& work) noexcept {
   idle_ = false;
   for (const int island : islands_) {
     if (!waiting_only || work.visits.phase[island] == Phase::kWaits) mark(island);
   }
-  if (marked_ > 0) wakeMarked(model, state, work, report);
+  if (marked_ > 0) wakeMarked(model, state, work);
 }
 
-void Activity::wakeMarked(const Model& model, State& state, Work& work, Report& report) noexcept {
+void Activity::wakeMarked(const Model& model, State& state, Work& work) noexcept {
   marked_ = 0;
   Visits& visits = work.visits;
   woken_.clear();
@@ -212,9 +183,7 @@ void Activity::wakeMarked(const Model& model, State& state, Work& work, Report& 
     island_[t] = next_[t] = -1;
     for (int i = first_slot_[t]; i < first_slot_[t + 1]; ++i) boxes_.clear(i);
   }
-  const auto moves = [&](int i) { return !isLeftOut(model, state.pairs[i], visits); };
-  report.takeBack(moves);
-  state.pairs.wake(moves);
+  state.pairs.wake([&](int i) { return !isLeftOut(model, state.pairs[i], visits); });
   const auto ofTrees = [this](const std::vector<int>& first, auto&& of, std::vector<int>& list) {
     merged_.clear();
     for (const int t : woken_) {
@@ -222,19 +191,19 @@ void Activity::wakeMarked(const Model& model, State& state, Work& work, Report& 
         if (of(i)) merged_.push_back(i);
       }
     }
-    merge(merged_, list);
+    merge(merged_, list, std::less<int>());
   };
-  merge(woken_, visits.trees);
+  merge(woken_, visits.trees, std::less<int>());
   if (model.has_contacts) ofTrees(first_shape_, [&](int s) { return model.links[model.shapes[s].link].moves; }, visits.shapes);
   ofTrees(first_slot_, [](int) { return true; }, visits.moving);
-  changed(model, work, report);
+  changed(model, state, work);
 }
 
-void Activity::carryOver(const Activity& from, const CarryOver& map, const Work& old_work, const Model& model, State& state, Work& work,
-                         Report& report) noexcept {
+void Activity::carryOver(const Activity& from, const CarryOver& map, const Work& old_work, const Model& model, State& state,
+                         Work& work) noexcept {
   if (!on_) return;
   for (const int first : from.islands_) {
-    Leaving island{static_cast<int>(leaving_trees_.size()), 0, 0, 0};
+    Leaving island{static_cast<int>(leaving_trees_.size()), 0};
     bool whole = true;
     for (int t = first; t >= 0; t = from.next_[t]) {
       const int now = map.tree_now[t];
@@ -259,19 +228,13 @@ void Activity::carryOver(const Activity& from, const CarryOver& map, const Work&
   }
   leaving_trees_.clear();
   state.pairs.rest([&](int i) { return isLeftOut(model, state.pairs[i], work.visits); });
-  for (int i = 0; i < report.contacts.size(); ++i) {  // of what moves and of what rests, as they were carried over
-    const ContactReport& contact = report.contacts[i];
-    if (!work.visits.leaveOut(model.treeOf(contact.shape_a), model.treeOf(contact.shape_b))) continue;
-    report.leave(i, state.pairs.find(ActivePair::keyOf(contact.shape_a, contact.shape_b), state.pairs.resting()));
-  }
-  report.dropLeft();
-  changed(model, work, report);
+  changed(model, state, work);
 }
 
-void lookForPairs(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
+void lookForPairs(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept {
   placeShapes(model, h, work.visits.shapes, state, work.hands, work.placement);
-  work.activity.wakeNear(model, h, state, work, report);
-  findPairs(model, work.visits, work.placement, state, work.search, report.step);
+  work.activity.wakeNear(model, h, state, work);
+  findPairs(model, work.visits, work.placement, state, work.search, report);
 }
 
 }  // namespace haptic::stepping

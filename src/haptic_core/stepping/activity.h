@@ -1,10 +1,10 @@
 /// Which islands a step visits. One at rest (rest.h), or one that waits for its turn (own_rate.h), is left out from the end of the step
 /// that found it so until something that moves comes near, a hand pulls at it, its turn comes, or a caller changes the world.
 ///
-/// Its trees, shapes and boxes leave the lists that a step visits (world/visits.h), its pairs go from one list of the state to another
-/// (world/pair_store.h), the reports of its contacts as well (Report::resting), and its boxes into a tree, against which the boxes of
-/// moving bodies are tested. So the cost of a step follows what moves, and the logarithm of what rests. To leave an island out and to
-/// wake it costs as much as its pairs, and a look at each pair of the list that it leaves.
+/// Its trees, shapes and boxes leave the lists that a step visits (world/visits.h), its pairs go from one list of the state to the other
+/// (world/pair_store.h), and its boxes into a tree, against which the boxes of moving bodies are tested. So the cost of a step follows
+/// what moves, and the logarithm of what rests. To leave an island out and to wake it costs as much as its pairs, and a look at each pair
+/// of the list that it leaves.
 ///
 /// All of this follows from steps that were taken; none is state: save, restore, hash and replay know nothing of it, and an island that
 /// is visited although it rests is found as it was, bit for bit. It wakes without a jump of any wrench, for the step that wakes it starts
@@ -31,42 +31,39 @@ class Activity {
   explicit Activity(const Model& model);  ///< set-up: room for all
 
   int trees() const { return trees_; }           ///< that are left out
+  int waiting() const { return waiting_; }       ///< of them, those that wait
   bool idle() const { return idle_; }            ///< nothing would change, until somebody changes something
   unsigned changes() const { return changes_; }  ///< counts up where the lists of a step become others
 
-  /// (in realtime) The island stands, or waits where its turn is set: no step visits it after this one. Its contacts are those of `report`
-  /// from `first_contact` on.
-  void leave(const Island& island, int first_contact, const State& state, Visits& visits, const Report& report) noexcept;
-  /// (in realtime) The same of one that goes on to wait and was not solved: its contacts are those that it had.
-  void leaveAgain(const Island& island, const State& state, Visits& visits, Report& report) noexcept;
+  /// (in realtime) The island stands, or waits where its turn is set: no step visits it after this one.
+  void leave(const Island& island, const State& state, Visits& visits) noexcept;
   /// (in realtime) At the end of a step: those islands leave, unless the world has stopped; the report counts all that were left out.
-  void close(const Model& model, State& state, Work& work, Report& report) noexcept;
+  void close(const Model& model, State& state, Work& work, StepReport& report) noexcept;
 
   /// (in realtime) Before pairs are looked for, after the boxes of what moves are placed: wakes what they touch, and places it, as of a
   /// step of length h [s].
-  void wakeNear(const Model& model, double h, State& state, Work& work, Report& report) noexcept;
+  void wakeNear(const Model& model, double h, State& state, Work& work) noexcept;
   /// (in realtime) At the start of a step: wakes what hands with a target pull at, and the islands whose turn has come.
-  void wakeForStep(const Model& model, State& state, Work& work, Report& report) noexcept;
-  /// (in realtime) Wakes all that rests and waits; `waiting_only`: all that waits. Contacts stay in the report until the next step.
-  void wakeAll(const Model& model, bool waiting_only, State& state, Work& work, Report& report) noexcept;
+  void wakeForStep(const Model& model, State& state, Work& work) noexcept;
+  /// (in realtime) Wakes all that rests and waits; `waiting_only`: all that waits.
+  void wakeAll(const Model& model, bool waiting_only, State& state, Work& work) noexcept;
   /// (in realtime) A hand has a target: the next step is taken.
   void stir() noexcept { idle_ = false; }
 
   /// (in realtime) Of a world whose bodies become others, which all move yet: what rested there rests here, but for islands that lost a
   /// body or a contact.
-  void carryOver(const Activity& from, const CarryOver& map, const Work& old_work, const Model& model, State& state, Work& work,
-                 Report& report) noexcept;
+  void carryOver(const Activity& from, const CarryOver& map, const Work& old_work, const Model& model, State& state,
+                 Work& work) noexcept;
 
  private:
-  /// An island that leaves at the end of the step: its trees in `leaving_trees_`, its contacts in the report.
+  /// An island that leaves at the end of the step: its trees in `leaving_trees_`.
   struct Leaving {
-    int first, count, first_contact, contacts;
+    int first, count;
   };
   void lay(const Model& model, const Leaving& island, const State& state, Work& work) noexcept;
-  void takeContacts(const Leaving& island, const State& state, Report& report) noexcept;
   void mark(int tree) noexcept;
-  void wakeMarked(const Model& model, State& state, Work& work, Report& report) noexcept;
-  void changed(const Model& model, Work& work, const Report& report) noexcept;
+  void wakeMarked(const Model& model, State& state, Work& work) noexcept;
+  void changed(const Model& model, const State& state, Work& work) noexcept;
 
   bool on_ = false;                            ///< islands are left out in this world
   std::vector<int> first_shape_, first_slot_;  ///< by tree, with the end of the last
@@ -84,6 +81,6 @@ class Activity {
 
 /// (in realtime) Places the shapes that are visited, and finds the pairs whose boxes overlap: of a step of length h [s], see
 /// `placeShapes`. What rests and comes near wakes before.
-void lookForPairs(const Model& model, double h, State& state, Work& work, Report& report) noexcept;
+void lookForPairs(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept;
 
 }  // namespace haptic::stepping

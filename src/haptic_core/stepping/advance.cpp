@@ -11,19 +11,18 @@ namespace haptic::stepping {
 namespace {
 
 /// All that is led goes to the step's end: there pairs are found, and contacts in which nothing moves by itself.
-void lead(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
+void lead(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept {
   stopShort(model, state, work);
   moveHeld(model, state, work.hands, work.placement);
   placeTrees(model, work.visits.trees, state, work.placement);
-  work.clock.end(report.step.stages.motion);
+  work.clock.end(report.stages.motion);
   lookForPairs(model, h, state, work, report);
   evaluateLed(model, h, state, work, report);
 }
 
 }  // namespace
 
-void advance(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
-  work.position_error = 0;
+void advance(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept {
   if (model.allFlows()) {
     flowAll(model, h, state, work, report);
   } else if (work.comparator) {
@@ -32,7 +31,6 @@ void advance(const Model& model, double h, State& state, Work& work, Report& rep
     lead(model, h, state, work, report);
     stepImplicitIslands(model, h, state, work, report);
   }
-  report.step.position_error += work.position_error;
 }
 
 }  // namespace haptic::stepping

@@ -9,6 +9,6 @@
 namespace haptic::stepping {
 
 /// (in realtime) Advances by h [s]; hands have their goals.
-void advance(const Model& model, double h, State& state, Work& work, Report& report) noexcept;
+void advance(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept;
 
 }  // namespace haptic::stepping

@@ -27,7 +27,7 @@ void book(const JointReport* joints, State& state, StepReport& report) noexcept 
   state.energy.damping += joints->damping;
   state.energy.friction += joints->friction;
   state.energy.external += joints->drives;
-  report.closure = std::max(report.closure, joints->closure);
+  report.addGap(joints->closure);
   if (!joints->converged) report.flags |= kJointsNotConverged;
 }
 
@@ -84,13 +84,13 @@ void keepFlow(const Model& model, int t, double h, const std::vector<double>& v_
   state.mode[t] = TreeMode::kFlowed;
 }
 
-void flowAll(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
+void flowAll(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept {
   moveHeld(model, state, work.hands, work.placement);
   for (const int t : work.visits.trees) {
     const ModelTree& tree = model.trees[t];
     if (work.hands.movesByItself(tree)) {
       std::copy_n(state.v.begin() + tree.v, tree.model->nv(), work.motion.v_start.begin() + tree.v);
-      flow(model, t, h, state, work, report.step);
+      flow(model, t, h, state, work, report);
       keepFlow(model, t, h, work.motion.v_start, state);
     }
     placeTree(tree, state, work.placement);

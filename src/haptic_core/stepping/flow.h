@@ -24,6 +24,6 @@ void flow(const Model& model, int tree, double h, State& state, Work& work, Step
 void keepFlow(const Model& model, int tree, double h, const std::vector<double>& v_start, State& state) noexcept;
 
 /// (in realtime) All trees of a world in which nothing can touch or pull (Model::allFlows).
-void flowAll(const Model& model, double h, State& state, Work& work, Report& report) noexcept;
+void flowAll(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept;
 
 }  // namespace haptic::stepping

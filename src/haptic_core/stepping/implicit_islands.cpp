@@ -7,7 +7,6 @@
 #include "haptic_core/stepping/rest.h"
 #include "haptic_core/stepping/turns.h"
 #include "haptic_core/world/applied_wrench.h"
-#include "haptic_core/world/link_forces.h"
 
 namespace haptic::stepping {
 namespace {
@@ -35,17 +34,6 @@ void takeCouplings(State& state, Work& work) noexcept {
   }
 }
 
-/// Wrenches of the island's force elements on links that hands hold.
-void takeForces(const Model& model, const Island& island, Work& work) noexcept {
-  LinkWork* link = work.placement.link.data();
-  const auto moves = [&](int tree) { return work.hands.movesByItself(model.trees[tree]); };
-  eachForce(model, TreeRange{island.trees, island.tree_count}, moves, [&](int, const ModelForce& force) {
-    const auto takes = [&](int tree) { return tree >= 0 && !moves(tree); };
-    addForce(forceNow(model, force, link), takes(force.tree_a) ? link + force.link_a : nullptr,
-             takes(force.tree_b) ? link + force.link_b : nullptr);
-  });
-}
-
 /// What islands that move keep of a step's budget, whatever those before them take: as many evaluations as a smooth step of second order.
 double reservedFor(const Model& model, const Island& island, const State& state) noexcept {
   constexpr int kReserved = 4;
@@ -65,10 +53,10 @@ double reservedForAll(const Model& model, const State& state, const Work& work) 
 
 }  // namespace
 
-void stepImplicitIslands(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
+void stepImplicitIslands(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept {
   ImplicitWork& implicit = *work.implicit;
   const bool may_stand = model.settings.leave_out;
-  report.step.standing = report.step.waiting = 0;
+  report.standing = report.waiting = 0;
   takeTurns(model, may_stand && model.turn_steps > 1, state, work, report);
   work.islands.find(state, work.visits.trees, work.hands.held_by);
   double reserved = reservedForAll(model, state, work);
@@ -76,29 +64,27 @@ void stepImplicitIslands(const Model& model, double h, State& state, Work& work,
   implicit.begun = false;
   for (int i = 0; i < work.islands.count(); ++i) {
     const Island island = work.islands[i];
-    ++report.step.implicit_islands;
+    ++report.implicit_islands;
     if (waits(model, island, state)) {
       const bool told = work.visits.phase[island.trees[0]] != Phase::kMoves;  // it has had its turn now
-      if (!told) work.activity.leaveAgain(island, state, work.visits, report);
-      report.step.waiting += island.tree_count;
+      if (!told) work.activity.leave(island, state, work.visits);
+      report.waiting += island.tree_count;
       continue;
     }
-    const int first_contact = report.contacts.size();
     if (work.counted.bounded()) reserved -= reservedFor(model, island, state);
-    const ImplicitReport* solved = solveIsland(model, island, h, work.counted.left() - reserved, state, work, report.step);
+    const ImplicitReport* solved = solveIsland(model, island, h, work.counted.left() - reserved, state, work, report);
     if (solved && solved->rests && model.settings.energy_ledger) bookRest(model, island, work.placement, state.energy);
     for (int n = 0; n < island.tree_count; ++n) placeTree(model.trees[island.trees[n]], state, work.placement);
     if (solved) takeContacts(model, h, state, work, report);
-    takeForces(model, island, work);
     const bool stands = solved && solved->stands && standsAlone(model, island, state);
-    if (stands) report.step.standing += island.tree_count;
+    if (stands) report.standing += island.tree_count;
     const bool leaves = !stands && may_stand && isCommonTurn(model, state) && mayWait(model, island, state, work.placement);
     if (leaves) wait(island, state.step + 1, firstTurn(model, state, work.rates.load), state);
-    if (leaves) report.step.waiting += island.tree_count;
-    if (leaves || (may_stand && stands)) work.activity.leave(island, first_contact, state, work.visits, report);
+    if (leaves) report.waiting += island.tree_count;
+    if (leaves || (may_stand && stands)) work.activity.leave(island, state, work.visits);
   }
   if (!implicit.begun) return;
-  report.step.closure = std::max(report.step.closure, implicit.stage.joints.closure(work.placement.link.data()));
+  report.addGap(implicit.stage.joints.closure(work.placement.link.data()));
   takeCouplings(state, work);
 }
 

@@ -8,6 +8,6 @@
 namespace haptic::stepping {
 
 /// (in realtime) The islands of implicit trees alone, among pairs that were found before; leaves them placed.
-void stepImplicitIslands(const Model& model, double h, State& state, Work& work, Report& report) noexcept;
+void stepImplicitIslands(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept;
 
 }  // namespace haptic::stepping

@@ -36,22 +36,12 @@ enum class ImplicitOrder : unsigned char {
 };
 
 /// Work and convergence of the implicit step of one island.
-struct ImplicitReport {
-  int iterations = 0;      ///< Newton steps, line searches not counted
-  int evaluations = 0;     ///< of the exact geometry
-  int factorisations = 0;  ///< matrices
+struct ImplicitReport : IslandReport {
   double units = 0;        ///< counted work (world/counted_work.h)
-  double residual = 0;     ///< speed that is left to change [m/s]
-  double wrench_error = 0; ///< wrench that this leaves out of balance [N], moments over the body's size
-  bool converged = true;   ///< the tolerance was reached in every part
-  bool joints_converged = true;  ///< every joint's force is on its graph, likewise
+  double position_error = 0;  ///< that the accepted attempts foresee of themselves, summed over them [m]
   bool cut = false;        ///< the step's budget ended while it was solved
-  bool fell_back = false;  ///< SDIRK2 was replaced by implicit Euler in a part of this step
   bool rests = false;      ///< it was at rest and stays: q and the pairs keep their bits, v is 0
   bool stands = false;     ///< so it is, and v was 0
-  double position_error = 0;  ///< that the accepted attempts foresee of themselves, summed over them [m]
-  double budget_used = 0;  ///< evaluations over those it may take
-  int parts = 0;           ///< solved one after the other: 1; more where friction changed inside, or after halving
 };
 
 }  // namespace haptic

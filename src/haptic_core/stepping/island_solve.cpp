@@ -104,20 +104,21 @@ bool flows(const Model& model, const Island& island, double h, State& state, Wor
 }
 
 /// A contact that began: its bodies approached at the speed that its impulse took from them.
-void noteImpact(const Model& model, const ContactReport& contact, double h, const Work& work, Report& report) noexcept {
+void noteImpact(const Model& model, const ContactReport& contact, double h, Work& work) noexcept {
   const LinkWork &A = work.placement.link[contact.link_a], &B = work.placement.link[contact.link_b];
   const double mass = model.law(contact.shape_a, contact.shape_b, false, false).reduced_mass,
                left = (A.twistAt(contact.X_WP.p) - B.twistAt(contact.X_WP.p)).linear.dot(contact.X_WP.R.col(2));
-  report.addImpact(left + h * contact.normal_force / mass, mass, h * model.settings.gravity.norm());
+  work.noteImpact(left + h * contact.normal_force / mass, mass, h * model.settings.gravity.norm());
 }
 
-/// The mean wrench of the step on B, for its readers and for links in hands.
-void takeMean(const Wrench& mean, Work& work, ContactReport& contact) noexcept {
+/// A contact of the island with its mean wrench on B over the step.
+void tellContact(const Model& model, int slot, const Wrench& mean, double h, bool clipped, const State& state, ContactReport& contact,
+                 Work& work, StepReport& report) noexcept {
   contact.F_BP_W = mean;
   contact.normal_force = mean.force.dot(contact.X_WP.R.col(2));
-  for (const int link : {contact.link_a, contact.link_b}) {
-    if (work.hands.held_by[link] >= 0) work.placement.link[link].addWrench(link == contact.link_b ? mean : -mean, contact.X_WP.p);
-  }
+  if (state.pairs[slot].friction.began != 0) noteImpact(model, contact, h, work);
+  work.reported.tell(slot, contact);
+  report.flag(contact, clipped);
 }
 
 /// Before another span: trees and their shapes where they are.
@@ -141,21 +142,12 @@ void tell(const Model& model, const Island& island, const ImplicitReport& solved
           StepReport& report) noexcept {
   if (!solved.stands) work.counted.done += solved.units;
   work.counted.gave_way |= solved.cut && !solved.stands;
-  report.iterations = std::max(report.iterations, solved.iterations);
-  report.evaluations = std::max(report.evaluations, solved.evaluations);
-  report.factorisations = std::max(report.factorisations, solved.factorisations);
-  if (!solved.stands || !standsAlone(model, island, state)) {  // else nothing of it goes into a motion
-    report.wrench_error = std::max(report.wrench_error, solved.wrench_error);
-    report.residual = std::max(report.residual, solved.residual);
-  }
-  report.fallbacks += solved.fell_back;
-  report.parts = std::max(report.parts, solved.parts);
-  report.budget_used = std::max(report.budget_used, solved.budget_used);
+  const bool moves = !solved.stands || !standsAlone(model, island, state);
+  report.add(solved, moves);
+  if (moves) work.wrench_error = std::max(work.wrench_error, solved.wrench_error);
   work.position_error = std::max(work.position_error, solved.position_error);
-  if (!solved.converged) report.flags |= kNotConverged;
   const EnergySums& sums = state.energy;
   if (work.implicit->books.given > kGiven * (sums.supply + sums.highest - sums.lowest)) report.flags |= kDissipationGave;
-  if (!solved.joints_converged) report.flags |= kJointsNotConverged;
 }
 
 }  // namespace
@@ -163,6 +155,7 @@ void tell(const Model& model, const Island& island, const ImplicitReport& solved
 const ImplicitReport* solveIsland(const Model& model, const Island& island, double h, double most, State& state, Work& work,
                                   StepReport& report) noexcept {
   ImplicitWork& implicit = *work.implicit;
+  for (int i = 0; i < island.pair_count; ++i) work.reported.open(island.pairs[i]);
   meet(model, island, state, work);
   openIsland(h, most, implicit);
   bool solves = false;
@@ -201,22 +194,18 @@ void bookRest(const Model& model, const Island& island, const Placement& placeme
   energy.stilled += kinetic;
 }
 
-void takeContacts(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
+void takeContacts(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept {
   for (const ImplicitContact& c : work.implicit->stage.contacts.all()) {
     ActivePair& pair = state.pairs[c.pair];
     ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
     contact.sticking = pair.friction.sliding == 0;
     contact.event = work.implicit->books.event[c.pair];
-    takeMean(meanWrench(work.implicit->books, c), work, contact);
-    if (pair.friction.began != 0) noteImpact(model, contact, h, work, report);
+    tellContact(model, c.pair, meanWrench(work.implicit->books, c), h, c.force.clipped, state, contact, work, report);
     if (pair.buried) pair.buried = !(c.volume.depth < model.buriedDepth(c.shape_a, c.shape_b, c.volume.A0));
-    report.addContact(contact, c.force.clipped);
   }
   eachParted(work.implicit->stage, work.implicit->books, [&](int index, const Pose& X_WP, const Wrench& mean) {
     ContactReport contact = reportOf(model, state.pairs[index], ContactVolume{}, X_WP, LocatedForce{});
-    takeMean(mean, work, contact);
-    if (state.pairs[index].friction.began != 0) noteImpact(model, contact, h, work, report);
-    report.addContact(contact, false);
+    tellContact(model, index, mean, h, false, state, contact, work, report);
   });
 }
 

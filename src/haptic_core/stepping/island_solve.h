@@ -18,6 +18,6 @@ const ImplicitReport* solveIsland(const Model& model, const Island& island, doub
 void bookRest(const Model& model, const Island& island, const Placement& placement, EnergySums& energy) noexcept;
 
 /// (in realtime) After the island was placed: wrenches of its contacts on its links (and on those that hands hold), and their reports.
-void takeContacts(const Model& model, double h, State& state, Work& work, Report& report) noexcept;
+void takeContacts(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept;
 
 }  // namespace haptic::stepping

@@ -8,18 +8,12 @@
 namespace haptic::stepping {
 namespace {
 
-/// The force of both ends of the part, for readers.
-void reportMean(const LedForce& last, bool touched, ContactReport& contact) noexcept {
-  contact.F_BP_W = contact.F_BP_W * 0.5;
-  if (touched) contact.F_BP_W += last.F_W.shifted(contact.X_WP.p - last.p_W) * 0.5;
-  contact.normal_force = contact.F_BP_W.force.dot(contact.X_WP.R.col(2));
-}
-
-void evaluatePair(const Model& model, int index, double h, State& state, Work& work, Report& report) noexcept {
+void evaluatePair(const Model& model, int index, double h, State& state, Work& work, StepReport& report) noexcept {
   ActivePair& pair = state.pairs[index];
+  work.reported.open(index);
   ContactWork& contacts = work.contacts;
   Placement& placement = work.placement;
-  StageTimes& times = report.step.stages;
+  StageTimes& times = report.stages;
   const ContactPlaces places{placement.link.data(), placement.X_WS.data(), work.hands.held_by.data(),
                              work.hands.acting.empty() ? nullptr : work.hands.bound.data(),
                              work.hands.acting.empty() ? nullptr : work.hands.pressed.data()};
@@ -47,24 +41,21 @@ void evaluatePair(const Model& model, int index, double h, State& state, Work& w
   pair.friction = c.force.memory;
   pair.friction.elastic_energy = elasticEnergy(c.volume, c.law.material.stiffness, contacts.workspace);
   pair.led = {c.X_WP.p, c.force.F_BP_P.rotated(c.X_WP.R), c.force.elastic().rotated(c.X_WP.R)};
-  placement.link[model.shapes[b].link].addWrench(pair.led.F_W, c.X_WP.p);
-  placement.link[model.shapes[a].link].addWrench(-pair.led.F_W, c.X_WP.p);
   if (model.settings.energy_ledger) bookLed(work.ledgerView(model), h, pair, before, last, c.X_WP, state);
   ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);
-  reportMean(last, touched, contact);
-  if (!touched) report.addImpact(-c.V_AB_P.linear.z(), c.law.reduced_mass, h * model.settings.gravity.norm());
-  report.addContact(contact, c.force.clipped);
+  if (!touched) work.noteImpact(-c.V_AB_P.linear.z(), c.law.reduced_mass, h * model.settings.gravity.norm());
+  work.reported.tell(index, contact);
+  report.flag(contact, c.force.clipped);
   work.clock.end(times.force);
 }
 
 }  // namespace
 
-void evaluateLed(const Model& model, double h, State& state, Work& work, Report& report) noexcept {
+void evaluateLed(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept {
   const auto moves = [&](int shape) { return work.hands.movesByItself(model.trees[model.treeOf(shape)]); };
   const auto isLed = [&](int i) { return !moves(state.pairs[i].shapeA()) && !moves(state.pairs[i].shapeB()); };
   const std::vector<int>& awake = state.pairs.awake();
-  report.contacts.clear();
-  work.clock.end(report.step.stages.search);
+  work.clock.end(report.stages.search);
   if (std::none_of(awake.begin(), awake.end(), isLed)) return;
   Seams& seams = work.contacts.seams;
   if (seams.any()) seams.find(state.pairs.data(), awake, work.placement.X_WS.data(), work.contacts.workspace);

@@ -8,6 +8,6 @@
 namespace haptic::stepping {
 
 /// (in realtime) Wrenches on links, memories, reports and books of such pairs over a part of h [s].
-void evaluateLed(const Model& model, double h, State& state, Work& work, Report& report) noexcept;
+void evaluateLed(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept;
 
 }  // namespace haptic::stepping

@@ -57,7 +57,7 @@ void countCalm(const Model& model, const HandWork& hands, const Placement& place
   }
 }
 
-void countCalm(const Model& model, const Island& island, int steps, const Placement& placement, State& state) noexcept {
+void countCalmOver(const Model& model, const Island& island, int steps, const Placement& placement, State& state) noexcept {
   const double most = restingSpeed(model.settings, model.settings.step);
   for (int n = 0; n < island.tree_count; ++n) {
     int& calm = state.calm[island.trees[n]];

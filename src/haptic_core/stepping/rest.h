@@ -56,6 +56,6 @@ bool isCalm(const Island& island, const State& state) noexcept;
 /// (in realtime) After a whole step: how long its bodies have been slow.
 void countCalm(const Model& model, const HandWork& hands, const Placement& placement, State& state) noexcept;
 /// (in realtime) The same of one island that has gone over so many steps at once.
-void countCalm(const Model& model, const Island& island, int steps, const Placement& placement, State& state) noexcept;
+void countCalmOver(const Model& model, const Island& island, int steps, const Placement& placement, State& state) noexcept;
 
 }  // namespace haptic::stepping

@@ -33,30 +33,29 @@ void endTurn(const Model& model, const Island& island, State& state, Work& work)
   wait(island, 0, 0, state);
 }
 
-/// It waits for its next turn, and reports until then the contacts from `first_contact` on.
-void waitForNext(const Model& model, const Island& island, int first_contact, State& state, Work& work, const Report& report) noexcept {
+/// It waits for its next turn.
+void waitForNext(const Model& model, const Island& island, State& state, Work& work) noexcept {
   wait(island, state.step, state.step + static_cast<std::uint64_t>(model.turn_steps), state);
-  work.activity.leave(island, first_contact, state, work.visits, report);
+  work.activity.leave(island, state, work.visits);
 }
 
 /// An island whose turn has come goes over the time that it is `late` [s]. `goes_on`: it may wait again, and where it
 /// does its contacts are reported. `most`: of the step's budget [units].
 void takeTurn(const Model& model, const Island& island, double late, bool goes_on, double most, State& state, Work& work,
-              Report& report) noexcept {
-  const int first_contact = report.contacts.size();
-  const ImplicitReport* solved = late > 0 ? solveIsland(model, island, late, most, state, work, report.step) : nullptr;
+              StepReport& report) noexcept {
+  const ImplicitReport* solved = late > 0 ? solveIsland(model, island, late, most, state, work, report) : nullptr;
   if (solved && solved->rests && model.settings.energy_ledger) bookRest(model, island, work.placement, state.energy);
   const int steps = static_cast<int>(state.step - state.as_of[island.trees[0]]);
   endTurn(model, island, state, work);
-  countCalm(model, island, steps, work.placement, state);
+  countCalmOver(model, island, steps, work.placement, state);
   if (!goes_on || (solved && solved->stands) || !mayWait(model, island, state, work.placement)) return;
   if (solved) takeContacts(model, late, state, work, report);
-  waitForNext(model, island, first_contact, state, work, report);
+  waitForNext(model, island, state, work);
 }
 
 }  // namespace
 
-void takeTurns(const Model& model, bool may_wait, State& state, Work& work, Report& report) noexcept {
+void takeTurns(const Model& model, bool may_wait, State& state, Work& work, StepReport& report) noexcept {
   const std::vector<int>& trees = work.visits.trees;
   if (std::none_of(trees.begin(), trees.end(), [&](int t) { return state.turn[t] != 0; })) return;
   std::vector<char>& alone = work.rates.alone;
@@ -93,7 +92,7 @@ void takeTurns(const Model& model, bool may_wait, State& state, Work& work, Repo
   }
 }
 
-void bringToPresent(const Model& model, State& state, Work& work, Report& report) noexcept {
+void bringToPresent(const Model& model, State& state, Work& work, StepReport& report) noexcept {
   bool any = false;
   for (std::uint64_t& turn : state.turn) {
     if (turn == 0) continue;

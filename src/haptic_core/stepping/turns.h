@@ -9,9 +9,9 @@ namespace haptic::stepping {
 
 /// (in realtime) Within the implicit part of a step, once the pairs are known: those visited trees whose turn has come, and those that can
 /// wait no longer, come to the present. Those that `may_wait` and do are set to their next turn, their contacts reported.
-void takeTurns(const Model& model, bool may_wait, State& state, Work& work, Report& report) noexcept;
+void takeTurns(const Model& model, bool may_wait, State& state, Work& work, StepReport& report) noexcept;
 
 /// (in realtime) Between two steps: all trees come to the present.
-void bringToPresent(const Model& model, State& state, Work& work, Report& report) noexcept;
+void bringToPresent(const Model& model, State& state, Work& work, StepReport& report) noexcept;
 
 }  // namespace haptic::stepping

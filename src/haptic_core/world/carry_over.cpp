@@ -7,7 +7,6 @@
 #include "haptic_core/world/initial_overlap.h"
 #include "haptic_core/world/led_motion.h"
 #include "haptic_core/world/link_forces.h"
-#include "haptic_core/world/report.h"
 #include "haptic_core/world/runaway.h"
 
 namespace haptic {
@@ -111,9 +110,16 @@ void carryTree(const ModelTree& old, const ModelTree& tree, int was, int is, con
   if (tree.has_laws) std::copy_n(from.commands.begin() + old.command, tree.model->linkCount(), to.commands.begin() + tree.command);
 }
 
-/// Contacts of what stays. What lost one is pulled at by other forces from now on.
-void carryPairs(CarryOver& map, const State& from, const Model& model, State& to) noexcept {
-  to.pairs.clear();
+void carryContact(const CarryOver& map, ContactReport contact, int slot, ContactReports& tells) noexcept {
+  contact.link_a = map.link[contact.link_a], contact.link_b = map.link[contact.link_b];
+  contact.shape_a = map.shape[contact.shape_a], contact.shape_b = map.shape[contact.shape_b];
+  tells.tell(slot, contact);
+}
+
+/// Contacts of what stays, and what the last step told of them. What lost one is pulled at by other forces from now on.
+void carryPairs(CarryOver& map, const State& from, const ContactReports& told, const Model& model, State& to,
+                ContactReports& tells) noexcept {
+  to.pairs.clear(), tells.clear();
   from.pairs.each([&](int i) {
     const ActivePair& pair = from.pairs[i];
     const int a = map.shape[pair.shapeA()], b = map.shape[pair.shapeB()];
@@ -121,6 +127,7 @@ void carryPairs(CarryOver& map, const State& from, const Model& model, State& to
     if (slot >= 0) {
       to.pairs[slot] = pair;
       to.pairs[slot].key = ActivePair::keyOf(a, b);
+      if (told.touches(i)) carryContact(map, told[i], slot, tells);
       return;
     }
     for (const int shape : {a, b}) {
@@ -129,18 +136,6 @@ void carryPairs(CarryOver& map, const State& from, const Model& model, State& to
       to.beginAnew(model.treeOf(shape));
     }
   });
-}
-
-/// Report of the last step.
-void carryContacts(const CarryOver& map, const Report& from, Report& to) noexcept {
-  to.step = from.step;
-  to.clearContacts();
-  for (int i = 0; i < from.contactCount(); ++i) {
-    ContactReport contact = from.contact(i);
-    contact.link_a = map.link[contact.link_a], contact.link_b = map.link[contact.link_b];
-    contact.shape_a = map.shape[contact.shape_a], contact.shape_b = map.shape[contact.shape_b];
-    if (contact.shape_a >= 0 && contact.shape_b >= 0) to.contacts.push_back(contact);
-  }
 }
 
 }  // namespace
@@ -172,8 +167,7 @@ CarryOver carryOverOf(const Model& from, const Model& to, const std::vector<int>
   return map;
 }
 
-void carryOver(CarryOver& map, const State& from, const Work& old_work, const Report& old_report, Model& model, State& state, Work& work,
-               Report& report) noexcept {
+void carryOver(CarryOver& map, const State& from, const Work& old_work, Model& model, State& state, Work& work) noexcept {
   const Model& old = *map.from;
   model.tune(old.tuning);
   state.time = from.time;
@@ -205,17 +199,17 @@ void carryOver(CarryOver& map, const State& from, const Work& old_work, const Re
     state.wrenches[state.wrench_count++].link = link;
   }
   std::fill(map.stirred.begin(), map.stirred.end(), 0);
-  carryPairs(map, from, model, state);
+  carryPairs(map, from, old_work.reported, model, state, work.reported);
   for (const int t : map.pulled) {
     map.stirred[t] = 1;
     state.beginAnew(t);
   }
-  carryContacts(map, old_report, report);
   refreshHands(model, state, work.hands);
   placeTrees(model, work.visits.trees, state, work.placement);
   for (const int t : map.coming) findBuried(model, t, state, work);
   renewSupply(model, work, state);
-  work.activity.carryOver(old_work.activity, map, old_work, model, state, work, report);
+  work.activity.carryOver(old_work.activity, map, old_work, model, state, work);
+  work.reported.list(state.pairs.awake());
 }
 
 }  // namespace haptic

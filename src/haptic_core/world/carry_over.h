@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "haptic_core/world/model.h"
-#include "haptic_core/world/report.h"
 #include "haptic_core/world/state.h"
 #include "haptic_core/world/work.h"
 
@@ -33,9 +32,8 @@ struct CarryOver {
 /// other links, another step or other pointers, a hand whose link goes, loops that join what came apart.
 CarryOver carryOverOf(const Model& from, const Model& to, const std::vector<int>& kept);
 
-/// (in realtime) The old state into the new one, and the contacts of the last report. O(bodies + contacts); what comes is looked at for
+/// (in realtime) The old state into the new one, and what the last step told of contacts. O(bodies + contacts); what comes is looked at for
 /// bodies that it starts in.
-void carryOver(CarryOver& map, const State& from, const Work& old_work, const Report& old_report, Model& model, State& state, Work& work,
-               Report& report) noexcept;
+void carryOver(CarryOver& map, const State& from, const Work& old_work, Model& model, State& state, Work& work) noexcept;
 
 }  // namespace haptic

@@ -7,14 +7,14 @@ namespace haptic {
 class Model;
 struct State;
 struct Work;
-struct Report;
+struct StepReport;
 
 /// Steps whole worlds in place of the rules of stepping/advance.h; one for each world.
 class Comparator {
  public:
   virtual ~Comparator() = default;
-  /// (in realtime) Over a step of length h [s]: hands, placement, pairs, contacts, motion, and `Report::contacts`.
-  virtual void advance(const Model& model, double h, State& state, Work& work, Report& report) noexcept = 0;
+  /// (in realtime) Over a step of length h [s]: hands, placement, pairs, contacts, motion, and `Work::reported`.
+  virtual void advance(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept = 0;
 };
 
 }  // namespace haptic

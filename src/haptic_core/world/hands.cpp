@@ -4,8 +4,9 @@
 #include <string>
 
 #include "haptic_core/base/error.h"
+#include "haptic_core/world/contact_reports.h"
+#include "haptic_core/world/link_forces.h"
 #include "haptic_core/world/put.h"
-#include "haptic_core/world/report.h"
 
 namespace haptic {
 
@@ -165,29 +166,40 @@ Wrench couplingForce(const PointerCoupling& c, const Pose& X_LP, const HeldGoal&
           m.stiffness * (T.p_WL + p_TP - X_WP.p) + m.damping * (V_WT.linear - V.linear)};
 }
 
-void collectHeld(const Model& model, State& state, HandWork& hands, const Placement& placement) noexcept {
-  for (const int i : hands.acting) {
-    if (!model.holds(i)) continue;
-    const int held = state.pointers[i].link;
-    const LinkWork& link = placement.link[held];
-    const Wrench F_W = link.F_ext.shifted(link.X_WL.p - link.p_WO);
-    if (!model.settings.energy_ledger) state.energy.external -= power(F_W, hands.moved[i]);
-    hands.wrench[i] += F_W.shifted(link.X_WL.R * model.pointerFrame(i, held).p);
+void collectHeld(const Model& model, const ContactReports& contacts, const Placement& placement, State& state, HandWork& hands) noexcept {
+  const int pointers = static_cast<int>(model.pointers.size());
+  const bool any = model.leads() > pointers || std::any_of(hands.acting.begin(), hands.acting.end(), [&](int i) { return model.holds(i); });
+  if (!any) return;
+  const auto give = [&](int link, const Wrench& F_W, const Vector3& p_W) {
+    const int lead = link >= 0 ? hands.held_by[link] : -1;
+    if (lead < 0) return;
+    const Pose& X_WL = placement.link[link].X_WL;
+    const Wrench F_WL = F_W.shifted(X_WL.p - p_W);
+    if (!model.settings.energy_ledger) state.energy.external -= power(F_WL, hands.moved[lead]);
+    if (lead < pointers) hands.wrench[lead] += F_WL.shifted(X_WL.R * model.pointerFrame(lead, link).p);
+  };
+  for (const int slot : state.pairs.awake()) {
+    if (!contacts.touches(slot)) continue;
+    const ContactReport& contact = contacts[slot];
+    give(contact.link_a, -contact.F_BP_W, contact.X_WP.p);
+    give(contact.link_b, contact.F_BP_W, contact.X_WP.p);
   }
-  if (model.settings.energy_ledger) return;
-  for (int lead = static_cast<int>(model.pointers.size()); lead < model.leads(); ++lead) {
-    const LinkWork& link = placement.link[ledLink(model, state, lead)];
-    state.energy.external -= power(link.F_ext.shifted(link.X_WL.p - link.p_WO), hands.moved[lead]);
+  for (const ModelForce& force : model.forces) {
+    const auto moves = [&](int tree) { return tree >= 0 && hands.movesByItself(model.trees[tree]); };
+    if (!moves(force.tree_a) && !moves(force.tree_b)) continue;
+    const LinkForce now = forceNow(model, force, placement.link.data());
+    give(force.link_a, -now.onB(), now.p_WA);
+    give(force.link_b, now.onB(), now.p_WB);
   }
 }
 
-void reportToHands(const StepReport& report, HandWork& hands, State& state) noexcept {
+void tellHands(bool stopped, double wrench_error, HandWork& hands, State& state) noexcept {
   for (const int i : hands.acting) {
     PointerState& pointer = state.pointers[i];
     const Vector3 before = pointer.F_W.force;
-    pointer.F_W = report.finite ? hands.wrench[i] : Wrench{};
+    pointer.F_W = stopped ? Wrench{} : hands.wrench[i];
     // The mean of a force that goes from one value to another, taken at one of its ends; and the wrench that a solve left out of balance.
-    hands.force_error[i] = 0.5 * (pointer.F_W.force - before).norm() + report.wrench_error;
+    hands.force_error[i] = 0.5 * (pointer.F_W.force - before).norm() + wrench_error;
   }
 }
 

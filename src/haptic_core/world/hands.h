@@ -89,11 +89,11 @@ CouplingMatrices matricesOf(const PointerCoupling& coupling, const Matrix3& R_WP
 /// (in realtime) Wrench of a virtual coupling on its link, about the origin of the pointer's frame P, in W; T: the target of the link.
 Wrench couplingForce(const PointerCoupling& coupling, const Pose& X_LP, const HeldGoal& T, const LinkWork& link) noexcept;
 
-/// (in realtime) Wrenches on a held link go to its hand. Each contact books the hand's supply (ledger.h); without a ledger
-/// it is estimated here, so that pushed bodies are not taken for a runaway.
-void collectHeld(const Model& model, State& state, HandWork& hands, const Placement& placement) noexcept;
+/// (in realtime) Wrenches of contacts and force elements on a held link go to its hand. Each contact books the hand's supply (ledger.h);
+/// without a ledger it is estimated here, so that pushed bodies are not taken for a runaway.
+void collectHeld(const Model& model, const ContactReports& contacts, const Placement& placement, State& state, HandWork& hands) noexcept;
 
-/// (in realtime) The mean wrench over the step on each hand; zero when the world has stopped.
-void reportToHands(const StepReport& report, HandWork& hands, State& state) noexcept;
+/// (in realtime) The wrench of the step on each hand; zero when the world has stopped. `wrench_error`: that solves left out of balance [N].
+void tellHands(bool stopped, double wrench_error, HandWork& hands, State& state) noexcept;
 
 }  // namespace haptic

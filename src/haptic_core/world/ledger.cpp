@@ -99,8 +99,9 @@ MechanicalEnergy mechanicalEnergy(const Model& model, const HandWork& hands, con
   return sum;
 }
 
-void closeLedger(const LedgerView& view, double unaccounted, State& state, EnergyLedger& energy) noexcept {
+EnergyLedger closeLedger(const LedgerView& view, double unaccounted, State& state) noexcept {
   const auto& now = sumEnergies(view, state);
+  EnergyLedger energy;
   energy.kinetic = now[LedgerSums::kKinetic];
   energy.potential = now[LedgerSums::kPotential];
   energy.elastic = now[LedgerSums::kElastic];
@@ -120,6 +121,7 @@ void closeLedger(const LedgerView& view, double unaccounted, State& state, Energ
   state.energy.balance = balance;
   state.energy.balanced = true;
   energy.numerical = state.energy.lost + state.energy.still;
+  return energy;
 }
 
 }  // namespace haptic

@@ -58,6 +58,6 @@ MechanicalEnergy mechanicalEnergy(const Model& model, const HandWork& hands, con
 /// (in realtime) Energies now and sums so far; the balance's loss since the last step is the time step's. `unaccounted`:
 /// EnergySums::unaccounted before the step. Where the balance is taken anew, springs that were loaded before
 /// enter it, and the supply.
-void closeLedger(const LedgerView& view, double unaccounted, State& state, EnergyLedger& energy) noexcept;
+EnergyLedger closeLedger(const LedgerView& view, double unaccounted, State& state) noexcept;
 
 }  // namespace haptic

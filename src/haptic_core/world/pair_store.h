@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "haptic_core/base/merge.h"
+
 namespace haptic {
 
 struct ActivePair;
@@ -87,12 +89,7 @@ class PairStore {
       return moved;
     };
     from.erase(std::remove_if(from.begin(), from.end(), stays), from.end());
-    std::size_t last = to.size(), next = merged_.size();
-    to.resize(last + next);  // it has room for all
-    for (std::size_t at = to.size(); next > 0;) {
-      const bool before = last > 0 && (*this)[to[last - 1]].key > (*this)[merged_[next - 1]].key;
-      to[--at] = before ? to[--last] : merged_[--next];
-    }
+    merge(merged_, to, [this](int a, int b) { return (*this)[a].key < (*this)[b].key; });
   }
 
   std::vector<Pair> slot_;

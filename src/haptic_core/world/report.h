@@ -1,13 +1,10 @@
 /// Results of a step.
 #pragma once
 #include <algorithm>
-#include <cmath>
 #include <cstdint>
-#include <vector>
 
-#include "haptic_core/base/spatial.h"
 #include "haptic_core/geometry/volume/contact_volume.h"
-#include "haptic_core/geometry/volume/loaded_vector.h"
+#include "haptic_core/world/contact_reports.h"
 #include "haptic_core/world/stage_clock.h"
 
 namespace haptic {
@@ -27,19 +24,6 @@ enum StepFlag : unsigned {
   kGaveWay = 1u << 10,            ///< something was left out for the budget of a step: islands wait longer, second attempts, iterations
 };
 
-/// One touching pair of links, as the last step left it. Wrench on B, about P, in W.
-struct ContactReport {
-  int link_a = -1, link_b = -1;           ///< world link indices
-  Pose X_WP;                              ///< patch frame: centroid, z = normal from A to B
-  Wrench F_BP_W;                          ///< [N·m], [N]
-  double normal_force = 0;                ///< [N]
-  double volume = 0, area = 0, depth = 0; ///< [m³], [m²], [m]
-  bool sticking = false;                  ///< friction holds it below its limit
-  unsigned flags = 0;                     ///< of the ContactVolume
-  int shape_a = -1, shape_b = -1;         ///< the model's shape indices
-  double event = 1;                       ///< share of the step after which it touched, slid or stuck; 1: none of them
-};
-
 /// Where the energy of a world is and went [J]: the first four now, the others as sums since the start.
 struct EnergyLedger {
   double kinetic = 0, potential = 0;      ///< of all bodies; of gravity, springs at joints, between links
@@ -48,7 +32,7 @@ struct EnergyLedger {
   double damping = 0, friction = 0;       ///< dissipated in contacts and joints (limits: friction), ≥ 0
   double turning = 0;                     ///< taken out by k·Vol·n beyond what ½ k ∫d² dA gained: n turned
   double external = 0;                    ///< work done on the world by hands and by the joints' drives
-  double stilled = 0;                     ///< of `damping`: motion of islands that were brought to rest (stepping/standing_islands.h)
+  double stilled = 0;                     ///< of `damping`: motion of islands that were brought to rest (stepping/rest.h)
   double numerical = 0;                   ///< lost by the time steps; negative: gained. The balance's deficit since the start,
                                           ///< and the part of `turning` that was taken while n stood still
   /// Energy that a world without losses would keep.
@@ -65,7 +49,27 @@ struct JointReading {
   double drive = 0;                       ///< of its drive alone [N·m] or [N]
 };
 
-/// What one step of a world came to.
+/// Flags of a contact for `StepReport::flags`.
+inline unsigned flagsOf(const ContactReport& contact) noexcept {
+  return (contact.flags & ContactVolume::kCapacityExceeded ? kContactsIncomplete : 0u) |
+         (contact.flags & ContactVolume::kNormalFromHistory ? kNormalRemembered : 0u);
+}
+
+/// What the solve of one island came to.
+struct IslandReport {
+  int iterations = 0;           ///< Newton steps, line searches not counted
+  int evaluations = 0;          ///< of the exact geometry
+  int factorisations = 0;       ///< matrices
+  int parts = 0;                ///< solved one after the other: 1; more where friction changed inside, or after halving
+  double residual = 0;          ///< speed that is left to change [m/s]
+  double wrench_error = 0;      ///< wrench that this leaves out of balance [N], moments over the body's size
+  double budget_used = 0;       ///< evaluations over those it may take
+  bool converged = true;        ///< the tolerance was reached in every part
+  bool joints_converged = true; ///< every joint's force is on its graph, likewise
+  bool fell_back = false;       ///< SDIRK2 was replaced by implicit Euler in a part of this step
+};
+
+/// What one step of a world came to: public, written by the step and read by nothing in it.
 struct StepReport {
   std::uint64_t step = 0;                 ///< steps since the start
   int pairs = 0, contacts = 0;            ///< of overlapping boxes; of touching shapes
@@ -92,74 +96,28 @@ struct StepReport {
   double position_error = 0;
   double budget_used = 0;                 ///< evaluations of an implicit island over those it may take, the largest share
 
-  /// Share of the energy of impacts that the steps may gain or lose without saying so: 2 % of the speed after an impact.
-  static constexpr double kKeptInImpacts = 0.04;
-  /// (in realtime) Impacts shorter than the step are made plastic by implicit steps and thrown back by explicit ones. `lost`: energy that
-  /// is in no account since `impact` was 0 [J].
-  void judgeImpacts(double lost) noexcept {
-    if (impact > 0 && std::abs(lost) > kKeptInImpacts * impact) flags |= kImpactUnresolved;
+  /// (in realtime) Flags of a contact. `clipped`: its dampers would have pulled.
+  void flag(const ContactReport& contact, bool clipped) noexcept {
+    flags |= flagsOf(contact);
+    if (clipped) flags |= kPressureClipped;
   }
-};
-
-/// Flags of a contact for `StepReport::flags`.
-inline unsigned flagsOf(const ContactReport& contact) noexcept {
-  return (contact.flags & ContactVolume::kCapacityExceeded ? kContactsIncomplete : 0u) |
-         (contact.flags & ContactVolume::kNormalFromHistory ? kNormalRemembered : 0u);
-}
-
-/// All that a step says: public, and read by nothing in the step.
-struct Report {
-  StepReport step;                        ///< of the whole world
-  LoadedVector<ContactReport> contacts;   ///< of what a step visits: in the order of the pairs' keys within what is led and each island
-  std::vector<ContactReport> left;        ///< by slot of its pair: of a contact of what is left out (stepping/activity.h), as it was last
-  std::vector<int> resting;               ///< slots of those
-
-  /// Set-up: room for the contacts of so many pairs.
-  void fit(int pairs) {
-    contacts.reserve(pairs);
-    left.resize(static_cast<std::size_t>(pairs));
-    resting.reserve(left.size());
-  }
-  int contactCount() const { return contacts.size() + static_cast<int>(resting.size()); }  ///< of all
-  /// Of all, those of what is left out last; i < contactCount().
-  const ContactReport& contact(int i) const { return i < contacts.size() ? contacts[i] : left[resting[i - contacts.size()]]; }
-
-  /// (in realtime) Contact i of what a step visits is to be kept by the slot of its pair: until `dropLeft` it is in both.
-  void leave(int i, int slot) noexcept {
-    if (slot < 0) return;
-    left[slot] = contacts[i];
-    resting.push_back(slot);
-    contacts[i].link_a = -1;
-  }
-  /// (in realtime) See `leave`.
-  void dropLeft() noexcept {
-    int kept = 0;
-    for (int i = 0; i < contacts.size(); ++i) {
-      if (contacts[i].link_a < 0) continue;
-      if (kept != i) contacts[kept] = contacts[i];
-      ++kept;
+  /// (in realtime) What the solve of an island came to. `moves`: false where nothing of it goes into a motion.
+  void add(const IslandReport& island, bool moves) noexcept {
+    iterations = std::max(iterations, island.iterations);
+    evaluations = std::max(evaluations, island.evaluations);
+    factorisations = std::max(factorisations, island.factorisations);
+    if (moves) {
+      wrench_error = std::max(wrench_error, island.wrench_error);
+      residual = std::max(residual, island.residual);
     }
-    contacts.resize(kept);
+    fallbacks += island.fell_back;
+    parts = std::max(parts, island.parts);
+    budget_used = std::max(budget_used, island.budget_used);
+    if (!island.converged) flags |= kNotConverged;
+    if (!island.joints_converged) flags |= kJointsNotConverged;
   }
-  /// (in realtime) Contacts whose `moves(slot)` are of what a step visits again.
-  template <class Moves>
-  void takeBack(Moves&& moves) noexcept {
-    const auto goes = [&](int slot) { return moves(slot) && (contacts.push_back(left[slot]), true); };
-    resting.erase(std::remove_if(resting.begin(), resting.end(), goes), resting.end());
-  }
-  void clearContacts() noexcept { contacts.clear(), resting.clear(); }  ///< (in realtime)
-
-  /// (in realtime) Books a contact that began at a speed of approach [m/s]. What bodies gain by falling for a step is none.
-  void addImpact(double speed, double reduced_mass, double fall) noexcept {
-    if (speed > fall) step.impact += 0.5 * reduced_mass * speed * speed;
-  }
-
-  /// (in realtime) Adds a contact and what its volume and pressure flag.
-  void addContact(const ContactReport& contact, bool clipped) noexcept {
-    step.flags |= flagsOf(contact);
-    if (clipped) step.flags |= kPressureClipped;
-    contacts.push_back(contact);
-  }
+  /// (in realtime) A gap left in a loop [m].
+  void addGap(double gap) noexcept { closure = std::max(closure, gap); }
 };
 
 }  // namespace haptic

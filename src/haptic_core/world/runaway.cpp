@@ -36,7 +36,7 @@ double ofHands(const Model& model, const Work& work, const State& state, double 
   return sum;
 }
 
-void stop(const Model& model, const Work& work, StepReport& report) noexcept {
+void stop(const Model& model, Work& work, StepReport& report) noexcept {
   double most = -1;
   for (const ModelTree& tree : model.trees) {
     if (!work.hands.movesByItself(tree)) continue;
@@ -45,6 +45,7 @@ void stop(const Model& model, const Work& work, StepReport& report) noexcept {
     most = kinetic;
     report.culprit = tree.link;
   }
+  work.stopped = true;
   report.finite = false;
   report.flags |= kRunaway;
 }
@@ -62,7 +63,8 @@ double zeroOrNan(const double* x, int count) noexcept {
 
 }  // namespace
 
-void checkFinite(const Model& model, const Visits& visits, const State& state, StepReport& report) noexcept {
+void checkFinite(const Model& model, const State& state, Work& work, StepReport& report) noexcept {
+  const Visits& visits = work.visits;
   const bool all = 2 * visits.trees.size() > model.trees.size();  // numbers in a row are quick to look at
   if (all && zeroOrNan(state.v.data(), model.nv) + zeroOrNan(state.q.data(), model.nq) == 0) return;
   for (const int t : visits.trees) {
@@ -70,6 +72,7 @@ void checkFinite(const Model& model, const Visits& visits, const State& state, S
     const double sum = zeroOrNan(state.v.data() + tree.v, tree.model->nv()) +
                        zeroOrNan(state.q.data() + tree.q, tree.model->nq());
     if (sum == 0) continue;
+    work.stopped = true;
     report.finite = false;
     report.culprit = tree.link;
     return;
@@ -104,18 +107,16 @@ void renewSupply(const Model& model, const Work& work, State& state) noexcept {
   state.energy.balanced = false;
 }
 
-void checkRunaway(const Model& model, double h, double external, Work& work, State& state, Report& report) noexcept {
+void checkRunaway(const Model& model, double h, double external, State& state, Work& work, StepReport& report) noexcept {
   EnergySums& sums = state.energy;
   const bool ledger = model.settings.energy_ledger;
-  const EnergyLedger& booked = report.step.energy;
-  MechanicalEnergy now{booked.kinetic, booked.potential};
-  if (!ledger) {
-    const auto& sums_now = sumEnergies(work.ledgerView(model), state);
-    now = {sums_now[LedgerSums::kKinetic], sums_now[LedgerSums::kPotential]};
-  }
+  const auto& sums_now = ledger ? work.sums.tree.sum() : sumEnergies(work.ledgerView(model), state);  // of the ledger that was closed
+  const MechanicalEnergy now{sums_now[LedgerSums::kKinetic], sums_now[LedgerSums::kPotential]};
   const double mass = work.hands.moving_mass, fall2 = h * h * model.settings.gravity.squaredNorm();
   if (!ledger && !sums.balanced) {  // no less than what springs hold that were loaded before anybody looked
-    for (const ContactReport& contact : report.contacts) sums.supply += std::abs(contact.normal_force) * contact.depth;
+    for (const int slot : state.pairs.awake()) {
+      if (work.reported.touches(slot)) sums.supply += std::abs(work.reported[slot].normal_force) * work.reported[slot].depth;
+    }
     sums.balanced = true;
   }
   sums.lowest = std::min(sums.lowest, now.potential);
@@ -126,7 +127,7 @@ void checkRunaway(const Model& model, double h, double external, Work& work, Sta
   // Energy that a hand presses in beyond its booked supply is no motion. A damper that gives is in no sum of losses.
   // The gain of k Vol n where n turns is the model's, not the steps': it counts once bodies move by it.
   const double made = std::max(ledger ? std::min(-(sums.still + sums.lost), now.kinetic) : 0.0, now.kinetic - supply);
-  if (made > kMostMade * supply) stop(model, work, report.step);
+  if (made > kMostMade * supply) stop(model, work, report);
 }
 
 }  // namespace haptic

@@ -9,7 +9,6 @@
 #pragma once
 #include "haptic_core/world/report.h"
 #include "haptic_core/world/state.h"
-#include "haptic_core/world/visits.h"
 
 namespace haptic {
 
@@ -22,13 +21,13 @@ void startSupply(const Model& model, Work& work, State& state) noexcept;
 /// (in realtime) Where bodies changed hands or values changed between two steps: the present energy can be drawn on.
 void renewSupply(const Model& model, const Work& work, State& state) noexcept;
 
-/// (in realtime) After a part of a step: a number of what it visited that is none stops the world, by `finite` and `culprit`, the link that
-/// had it first.
-void checkFinite(const Model& model, const Visits& visits, const State& state, StepReport& report) noexcept;
+/// (in realtime) After a part of a step: a number of what it visited that is none stops the world (`Work::stopped`), `culprit` is the link
+/// that had it first.
+void checkFinite(const Model& model, const State& state, Work& work, StepReport& report) noexcept;
 
-/// (in realtime) After a part of a step of length h [s]; `external`: the hands' and drives' work before it [J]. Stops the
-/// world by `finite`, `culprit` (the link that moves with the most energy) and kRunaway.
-void checkRunaway(const Model& model, double h, double external, Work& work, State& state, Report& report) noexcept;
+/// (in realtime) After a part of a step of length h [s]; `external`: the hands' and drives' work before it [J]. After the
+/// ledger was closed. Stops the world; `culprit` is the link that moves with the most energy, and kRunaway is flagged.
+void checkRunaway(const Model& model, double h, double external, State& state, Work& work, StepReport& report) noexcept;
 
 /// Of a world that is not `finite` any more, for people.
 inline const char* whyStopped(const StepReport& report) noexcept {

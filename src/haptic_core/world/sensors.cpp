@@ -207,7 +207,7 @@ void Sensors::begin(const Model& model, const State& state, const Placement& pla
   for (std::size_t i = 0; i < forces_.size(); ++i) forces_[i] = forceNow(model, model.forces[i], placement.link.data());
 }
 
-void Sensors::finish(const Model& model, const State& state, const Placement& placement, const Report& report) noexcept {
+void Sensors::finish(const Model& model, const State& state, const Placement& placement, const ContactReports& contacts) noexcept {
   for (std::size_t i = 0; i < plans_.size(); ++i) {
     const Plan& plan = plans_[i];
     if (!due(plan, state.step)) continue;
@@ -219,10 +219,10 @@ void Sensors::finish(const Model& model, const State& state, const Placement& pl
     reading.step = state.step;
     switch (def.kind) {
       case SensorDef::Kind::kWrench:
-        reading.F_S = throughJoint(model, static_cast<int>(i), state, placement, report, X_WS.p).rotated(R_SW);
+        reading.F_S = throughJoint(model, static_cast<int>(i), state, placement, contacts, X_WS.p).rotated(R_SW);
         break;
       case SensorDef::Kind::kContact:
-        reading.F_S = contactsOn(plan, report, X_WS.p).rotated(R_SW);
+        reading.F_S = contactsOn(plan, contacts, X_WS.p).rotated(R_SW);
         break;
       case SensorDef::Kind::kImu:
         reading.q_WS = Quaternion(X_WS.R);
@@ -238,10 +238,10 @@ void Sensors::finish(const Model& model, const State& state, const Placement& pl
 
 void Sensors::clear() noexcept { std::fill(readings_.begin(), readings_.end(), SensorReading{}); }
 
-Wrench Sensors::contactsOn(const Plan& plan, const Report& report, const Vector3& about) const noexcept {
+Wrench Sensors::contactsOn(const Plan& plan, const ContactReports& contacts, const Vector3& about) const noexcept {
   Wrench sum;
-  for (int i = 0; i < report.contactCount(); ++i) {
-    const ContactReport& contact = report.contact(i);
+  for (int i = 0; i < contacts.count(); ++i) {
+    const ContactReport& contact = contacts.listed(i);
     const Side a = plan.side[contact.shape_a], b = plan.side[contact.shape_b];
     if (!((a == kOwn && b == kPartner) || (a == kPartner && b == kOwn))) continue;
     const Wrench F_B = contact.F_BP_W.shifted(about - contact.X_WP.p);
@@ -280,7 +280,7 @@ Wrench Sensors::handsOn(const Model& model, const Plan& plan, const State& state
   return sum;
 }
 
-Wrench Sensors::throughJoint(const Model& model, int i, const State& state, const Placement& placement, const Report& report,
+Wrench Sensors::throughJoint(const Model& model, int i, const State& state, const Placement& placement, const ContactReports& contacts,
                              const Vector3& about) const noexcept {
   const Plan& plan = plans_[i];
   const double h = model.settings.step;
@@ -289,7 +289,7 @@ Wrench Sensors::throughJoint(const Model& model, int i, const State& state, cons
   const Vector3& g = model.settings.gravity;
   const Wrench weight{0.5 * (before.first + after.first).cross(g), plan.mass * g};
   const Wrench needed{(after.angular - before.angular) / h, (after.linear - before.linear) / h};
-  return needed - weight - contactsOn(plan, report, about) - handsOn(model, plan, state, placement, about);
+  return needed - weight - contactsOn(plan, contacts, about) - handsOn(model, plan, state, placement, about);
 }
 
 void Sensors::addNoise(int i, SensorReading& reading) const noexcept {

@@ -21,7 +21,7 @@
 #include "haptic_core/world/hands.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/placement.h"
-#include "haptic_core/world/report.h"
+#include "haptic_core/world/contact_reports.h"
 #include "haptic_core/world/sensor_def.h"
 #include "haptic_core/world/state.h"
 
@@ -43,7 +43,7 @@ class Sensors {
   /// (in realtime) Before a step: keeps what samples that are due need to know of its start.
   void begin(const Model& model, const State& state, const Placement& placement) noexcept;
   /// (in realtime) After the step: takes the samples that are due.
-  void finish(const Model& model, const State& state, const Placement& placement, const Report& report) noexcept;
+  void finish(const Model& model, const State& state, const Placement& placement, const ContactReports& contacts) noexcept;
   /// (in realtime) The state was replaced: there is no sample.
   void clear() noexcept;
 
@@ -79,9 +79,9 @@ class Sensors {
   void compileContact(const Model& model, const SensorDef& def, Plan& plan) const;
   bool due(const Plan& plan, std::uint64_t step) const noexcept { return step % plan.period == 0; }
   Motion motionOf(const Model& model, int i, const Placement& placement, const Vector3& about) const noexcept;
-  Wrench contactsOn(const Plan& plan, const Report& report, const Vector3& about) const noexcept;
+  Wrench contactsOn(const Plan& plan, const ContactReports& contacts, const Vector3& about) const noexcept;
   Wrench handsOn(const Model& model, const Plan& plan, const State& state, const Placement& placement, const Vector3& about) const noexcept;
-  Wrench throughJoint(const Model& model, int i, const State& state, const Placement& placement, const Report& report,
+  Wrench throughJoint(const Model& model, int i, const State& state, const Placement& placement, const ContactReports& contacts,
                       const Vector3& about) const noexcept;
   void addNoise(int i, SensorReading& reading) const noexcept;
 

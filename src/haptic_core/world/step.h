@@ -8,6 +8,6 @@
 namespace haptic {
 
 /// (in realtime) Advances the state by the model's step. A world that has stopped (`finite` false) stays where it is.
-void step(const Model& model, State& state, Work& work, Report& report) noexcept;
+void step(const Model& model, State& state, Work& work, StepReport& report) noexcept;
 
 }  // namespace haptic

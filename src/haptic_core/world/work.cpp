@@ -52,8 +52,8 @@ FlowWork::FlowWork(const Model& model) : q_start(model.nq), v_start(model.nv), p
 }
 
 Work::Work(const Model& model)
-    : visits(model), placement(model), search(model), hands(model), contacts(model), motion(model), islands(model),
-      activity(model), rates(model), sums(model) {
+    : visits(model), placement(model), search(model), hands(model), contacts(model), motion(model), reported(model.pair_capacity),
+      islands(model), activity(model), rates(model), sums(model) {
   if (model.settings.comparator) comparator = model.settings.comparator(model);
   if (model.implicit_steps) implicit = std::make_unique<stepping::ImplicitWork>(model);
   joints.resize(model.trees.size());

@@ -12,6 +12,7 @@
 #include "haptic_core/stepping/own_rate.h"
 #include "haptic_core/world/applied_wrench.h"
 #include "haptic_core/world/comparator.h"
+#include "haptic_core/world/contact_reports.h"
 #include "haptic_core/world/counted_work.h"
 #include "haptic_core/world/hands.h"
 #include "haptic_core/world/islands.h"
@@ -50,7 +51,11 @@ struct Work {
   HandWork hands;                ///< hands
   ContactWork contacts;          ///< contact_evaluation
   FlowWork motion;               ///< stepping/flow
+  ContactReports reported;       ///< stages that evaluate contacts, `activity`
   double position_error = 0;     ///< of the island that errs most, as its attempt foresees [m]
+  double wrench_error = 0;       ///< largest wrench that a solve of the step left out of balance [N]
+  double impact = 0;             ///< energy of approach of the contacts that began in the step [J]
+  bool stopped = false;          ///< a step lost a number or made energy: no other is taken
   Islands islands;               ///< islands
   std::unique_ptr<stepping::ImplicitWork> implicit;  ///< stepping/implicit_islands; null: no island is solved
   stepping::Activity activity;   ///< step, between two steps `World`
@@ -64,6 +69,10 @@ struct Work {
 
   explicit Work(const Model& model);  ///< set-up: everything that a step needs, so that it allocates nothing
   ~Work();
+  /// (in realtime) Books a contact that began at a speed of approach [m/s]. What bodies gain by falling for a step is none.
+  void noteImpact(double speed, double reduced_mass, double fall) noexcept {
+    if (speed > fall) impact += 0.5 * reduced_mass * speed * speed;
+  }
   /// (in realtime) Until the work is moved or destroyed.
   LedgerView ledgerView(const Model& model) { return {model, visits, hands, placement, sums}; }
 };

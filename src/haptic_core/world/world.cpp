@@ -32,16 +32,14 @@ constexpr int kWarmingSteps = 3;
 struct World::Impl {
   explicit Impl(const WorldDef& def)
       : model(def), work(model), state(initialState(model, work)), history(model.settings.history_steps, state),
-        sensors(model, def.sensors) {
-    report.fit(model.pair_capacity);
-  }
+        sensors(model, def.sensors) {}
 
   /// (in realtime) Between two steps: the next one visits everything.
-  void wake() noexcept { work.activity.wakeAll(model, false, state, work, report); }
+  void wake() noexcept { work.activity.wakeAll(model, false, state, work); }
 
   /// (in realtime) Between two steps: whatever waits for a turn comes to the present.
   void bringToPresent() noexcept {
-    work.activity.wakeAll(model, true, state, work, report);
+    work.activity.wakeAll(model, true, state, work);
     if (model.turn_steps > 1) stepping::bringToPresent(model, state, work, report);
   }
 
@@ -55,10 +53,10 @@ struct World::Impl {
   void begin(const std::vector<double>& packed) {
     wake();
     state.unpack(packed);
-    report.step = StepReport{};
-    report.step.step = state.step;
-    report.clearContacts();
-    std::fill(report.left.begin(), report.left.end(), ContactReport{});  // a slot may get its pair again, at another time
+    report = StepReport{};
+    report.step = state.step;
+    work.stopped = false;
+    work.reported.clear();  // a slot may get its pair again, at another time
     history.clear();
     sensors.clear();
     refreshHands(model, state, work.hands);
@@ -68,7 +66,7 @@ struct World::Impl {
   Model model;
   Work work;
   State state;
-  Report report;
+  StepReport report;
   StepHistory history;
   Sensors sensors;
 };
@@ -77,22 +75,22 @@ World::World(const WorldDef& def) : impl_(std::make_unique<Impl>(def)) {}
 World::~World() = default;
 
 void World::step() noexcept {
-  const bool runs = impl_->report.step.finite;
+  const bool runs = !impl_->work.stopped;
   const bool measures = runs && !impl_->sensors.empty();
   if (measures) impl_->sensors.begin(impl_->model, impl_->state, impl_->work.placement);
   haptic::step(impl_->model, impl_->state, impl_->work, impl_->report);
-  if (!runs || !impl_->report.step.finite) return;
-  if (measures) impl_->sensors.finish(impl_->model, impl_->state, impl_->work.placement, impl_->report);
+  if (!runs || impl_->work.stopped) return;
+  if (measures) impl_->sensors.finish(impl_->model, impl_->state, impl_->work.placement, impl_->work.reported);
   impl_->history.keep(impl_->model, impl_->work.visits.trees, impl_->work.activity.changes());
 }
 
 void World::measureStages(bool on) noexcept {
   impl_->work.clock.on = on;
-  impl_->report.step.stages = {};
+  impl_->report.stages = {};
 }
 
 const WorldSettings& World::settings() const { return impl_->model.settings; }
-const StepReport& World::report() const { return impl_->report.step; }
+const StepReport& World::report() const { return impl_->report; }
 double World::time() const { return impl_->state.time; }
 const Model& World::model() const { return impl_->model; }
 const State& World::state() const { return impl_->state; }
@@ -147,13 +145,13 @@ void World::applyWrench(int link, const LinkWrench& wrench, double seconds) {
 void World::setBodyPose(int link, const Pose& X_WL, const Twist& V_WL) {
   impl_->prepare();
   putBody(impl_->model, link, X_WL, V_WL, impl_->state, impl_->work);
-  impl_->report.clearContacts();
+  impl_->work.reported.clear();
 }
 
 void World::setJointPositions(const std::vector<std::pair<int, double>>& positions) {
   impl_->prepare();
   putJoints(impl_->model, positions, impl_->state, impl_->work);
-  impl_->report.clearContacts();
+  impl_->work.reported.clear();
 }
 
 int World::forceCount() const { return static_cast<int>(impl_->model.forces.size()); }
@@ -250,8 +248,8 @@ void World::tune(const WorldTuning& tuning) {
   renewSupply(model, impl_->work, impl_->state);
 }
 
-int World::contactCount() const { return impl_->report.contactCount(); }
-const ContactReport& World::contact(int i) const { return impl_->report.contact(i); }
+int World::contactCount() const { return impl_->work.reported.count(); }
+const ContactReport& World::contact(int i) const { return impl_->work.reported.listed(i); }
 
 int World::sensorCount() const { return static_cast<int>(impl_->sensors.defs().size()); }
 const SensorDef& World::sensor(int i) const { return impl_->sensors.defs()[static_cast<std::size_t>(i)]; }
@@ -301,7 +299,8 @@ bool World::exchange(NextWorld& next) noexcept {
   if (next.impl_->map.from != &impl_->model) return false;
   Impl& to = *next.impl_->world.impl_;
   impl_->bringToPresent(), to.wake();
-  carryOver(next.impl_->map, impl_->state, impl_->work, impl_->report, to.model, to.state, to.work, to.report);
+  carryOver(next.impl_->map, impl_->state, impl_->work, to.model, to.state, to.work);
+  to.report = impl_->report;
   to.work.clock.on = impl_->work.clock.on;
   std::swap(impl_, next.impl_->world.impl_);
   return true;
@@ -311,7 +310,8 @@ void World::rehearse(NextWorld& next, bool steps) noexcept {
   if (next.impl_->map.from != &impl_->model) return;
   Impl& to = *next.impl_->world.impl_;
   to.wake();
-  carryOver(next.impl_->map, impl_->state, impl_->work, impl_->report, to.model, to.state, to.work, to.report);
+  carryOver(next.impl_->map, impl_->state, impl_->work, to.model, to.state, to.work);
+  to.report = impl_->report;
   if (steps) next.impl_->world.step();
   to.begin(next.impl_->start);
 }

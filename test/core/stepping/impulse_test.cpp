@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "../../scenes/blocks.h"
+#include "../../scenes/ground.h"
 #include "../../scenes/motions.h"
 #include "../../scenes/shaken.h"
 #include "haptic_core/world/world.h"
@@ -95,6 +96,34 @@ TEST(Impulse, OfABlockOnAPlatformThatGoesUpAndDownIsExact) {
     }
     EXPECT_LT(most, 0.04) << "k " << k;
   }
+}
+
+// A hand that holds a body feels the contacts that are reported of it, those with what stands as those with what moves.
+TEST(Impulse, OfAHandIsThatOfItsContacts) {
+  const scenes::LedBody body{scenes::box(Vector3::Constant(0.1)), 0.05 - 1e-4};
+  WorldDef def = scenes::ledOver({scenes::staticPieces("field", scenes::flatPrisms(4, 1.5))}, body);
+  const Matrix3 inertia = scenes::boxInertia(Vector3::Constant(0.1), 0.5);
+  def.articulations.push_back(scenes::freeBody("pushed", scenes::box(Vector3::Constant(0.1)), 0.5, inertia, Pose(Vector3(0.12, 0, 0.05))));
+  World world(def);
+  const int held = world.linkIndex("body"), pushed = world.linkIndex("pushed");
+  double with_ground = 0, with_body = 0;
+  for (int k = 0; k < 400; ++k) {
+    const Vector3 v(0.1, 0, 0);
+    world.setPointerTarget(0, Pose(Vector3(k * 1e-3 * v.x(), 0, body.height)), {Vector3::Zero(), v});
+    world.step();
+    Wrench sum;
+    for (int c = 0; c < world.contactCount(); ++c) {
+      const ContactReport& contact = world.contact(c);
+      if (contact.link_a != held && contact.link_b != held) continue;
+      const Wrench F = contact.link_b == held ? contact.F_BP_W : -contact.F_BP_W;
+      sum += F.shifted(world.linkPose(held).p - contact.X_WP.p);
+      (contact.link_a == pushed || contact.link_b == pushed ? with_body : with_ground) += F.force.norm();
+    }
+    const Wrench felt = world.pointerWrench(0);
+    EXPECT_LE((felt.vector() - sum.vector()).norm(), 1e-13 * (1 + sum.vector().norm())) << k;
+  }
+  EXPECT_GT(with_ground, 1);
+  EXPECT_GT(with_body, 1);
 }
 
 }  // namespace

@@ -58,7 +58,7 @@ double largestChange(double speed, double fold, const LedBody& body) {
     world.setPointerTarget(0, way.at(k * 1e-3, led.height), way.twist());
     world.step();
     const Wrench now = world.pointerWrench(0), change = now - before;
-    if (k > 2) most = std::max(most, std::max(change.force.norm(), change.torque.norm() / 0.05));
+    if (k > kEntered) most = std::max(most, std::max(change.force.norm(), change.torque.norm() / 0.05));
     before = now;
   }
   return most;
