@@ -4,7 +4,7 @@
 
 namespace haptic {
 
-std::string programVersion();  ///< "haptic_core 0.2.0"
+std::string programVersion();  ///< "haptic_core 0.3.0"
 /// The library that runs: "x86-64-v3", or "baseline", which runs on any processor. Both give the same bits.
 std::string libraryLevel();
 /// Compiler, its version, library, optimisation; and, behind "bits", the arithmetic: programs of one version whose arithmetic has
