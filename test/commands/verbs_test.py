@@ -4,6 +4,7 @@ import glob
 import os
 import re
 import shutil
+import signal
 import subprocess
 import tempfile
 import time
@@ -79,6 +80,28 @@ class Verbs(unittest.TestCase):
 
     def progress(self, script, *words):
         return ask("sh", "-uc", f"ROOT={ROOT} BUILD= CALLER=; . $ROOT/launch/verbs/parts/progress.sh; {script}", "sh", *words)
+
+    def test_an_interrupt_at_any_instant_ends_a_verb(self):
+        """While a verb starts its keeper, on a core that others use: of 200 interrupts three made the shell and its keeper wait for one
+        another for ever."""
+        random, core = Random(1), min(os.sched_getaffinity(0))
+        script = f"ROOT={ROOT} BUILD= CALLER=; . $ROOT/launch/verbs/parts/progress.sh; start_keeper; sleep 0.02"
+        others = [subprocess.Popen(["taskset", "-c", str(core), "sh", "-c", "while :; do :; done"]) for _ in range(4)]
+        try:
+            for _ in range(200):
+                with subprocess.Popen(["taskset", "-c", str(core), "sh", "-uc", script], start_new_session=True,
+                                      stderr=subprocess.DEVNULL) as verb:
+                    time.sleep(random.uniform(0.001, 0.08))
+                    verb.send_signal(signal.SIGINT)
+                    try:
+                        self.assertIn(verb.wait(timeout=60), (130, 0, -signal.SIGINT))
+                    finally:
+                        if verb.poll() is None:
+                            os.killpg(verb.pid, signal.SIGKILL)
+        finally:
+            for other in others:
+                other.kill()
+                other.wait()
 
     def test_time_left_is_right_within_a_third(self):
         """Builds of known length, on machines slower and faster than that of the table, whose objects take more or less: nineteen of

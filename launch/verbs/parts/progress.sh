@@ -18,6 +18,10 @@ start_keeper() {
   local keeper_pipe
   [ -z "$KEEPER" ] || return 0
   if ! { keeper_pipe=$(mktemp -d) && mkfifo "$keeper_pipe/alive"; }; then fail "no room for a pipe in ${TMPDIR:-/tmp}"; fi
+  # Both ends are opened here, the first one for reading as well, so that neither open waits for the other end: a signal that
+  # interrupted one that waits would leave a keeper that waits for ever, and a shell that waits for the keeper.
+  exec 9<>"$keeper_pipe/alive" 8<"$keeper_pipe/alive"
+  rm -r "$keeper_pipe"
   # shellcheck disable=SC2016 # expanded by the keeper
   setsid sh -c '
     members() {  # PROCESS: it and all that it has started
@@ -56,10 +60,9 @@ start_keeper() {
         [ -n "$(cat /proc/"$group"/task/*/children 2>/dev/null)" ] || kill -KILL "$group" 2>/dev/null
       done
     done
-    for group in $groups; do kill -KILL "-$group" 2>/dev/null; done' keeper <"$keeper_pipe/alive" >/dev/null 2>&1 &
+    for group in $groups; do kill -KILL "-$group" 2>/dev/null; done' keeper <&8 >/dev/null 2>&1 8<&- 9>&- &
   KEEPER=$!
-  exec 9>"$keeper_pipe/alive"
-  rm -r "$keeper_pipe"
+  exec 8<&-
 }
 keep() { CHILDREN="$CHILDREN $1" && echo "${2:-add} $1" >&9; }  # GROUP [gently]
 unkeep() { CHILDREN=${CHILDREN% "$1"} && echo "drop $1" >&9; }  # the GROUP that was kept last
