@@ -1,5 +1,6 @@
 #include "haptic_core/spidar/string_kinematics.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -289,11 +290,18 @@ Eigen::VectorXd StringKinematics::singularValues(const GripPose& pose) const {
 }
 
 StructureMatrix StringKinematics::scaledStructure(const GripPose& pose) const noexcept {
-  StringLinearisation<7> line;
-  line.evaluate(*this, pose);
   StructureMatrix A(strings_, dof_);
-  for (int c = 0; c < dof_; ++c)
-    for (int i = 0; i < strings_; ++i) A(i, c) = line.column[c][i];
+  const auto take = [&](auto& line) {
+    line.evaluate(*this, pose);
+    for (int c = 0; c < dof_; ++c) std::copy_n(line.column[static_cast<std::size_t>(c)].begin(), strings_, A.data() + c * strings_);
+  };
+  if (dof_ == 7) {
+    StringLinearisation<7> line;
+    take(line);
+  } else {
+    StringLinearisation<6> line;
+    take(line);
+  }
   return A;
 }
 

@@ -57,8 +57,11 @@ class TensionNewton final : public TensionSolver {
 
   /// See TensionSolver.
   void setStructure(const StructureMatrix& scaled) noexcept override {
-    for (int c = 0; c < kDof; ++c)
-      for (int i = 0; i < strings_; ++i) columns_.column[c].set(i, scaled(i, c));
+    for (int c = 0; c < kDof; ++c) {
+      double column[kLanes] = {};  // padding has none
+      std::copy_n(scaled.data() + c * strings_, strings_, column);
+      for (int k = 0; k < Lane::kPackets; ++k) columns_.column[c].packet[k] = loadLanes(column + 4 * k);
+    }
     factored_ = false;
   }
 
