@@ -80,7 +80,7 @@ class FrozenPatch {
   void carry(const Vector6& V, const Force& at_V, const Pose& X_AP, LocatedForce& force, double& elastic) const noexcept;
 
   /// (in realtime) Where points or faces have not the exact force at the reference, leaves out the difference: for a pass
-  /// that goes far from it, and is not the last.
+  /// that may go far from it, and is not the last.
   void dropConstant() noexcept;
   bool isRough() const { return rough_; }  ///< something was left out: another evaluation has to follow
 

@@ -151,7 +151,7 @@ void StageContacts::evaluatePair(int index) noexcept {
   const double squares = 2 * contact.elastic / k;  // ∫d² dA [m⁴]
   frozen.patch.freeze(found.volume, squares, contact.force, found.law, frozen.V_reference, g_);
   if (!(reach_ > 0)) {
-    frozen.patch.dropConstant();
+    if (!(since_ > 0)) frozen.patch.dropConstant();  // BDF2's guess is no way off; a pass that goes far is followed by another
     rough_ |= frozen.patch.isRough();
     return;
   }
