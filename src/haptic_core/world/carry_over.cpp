@@ -208,6 +208,7 @@ void carryOver(CarryOver& map, const State& from, const Work& old_work, Model& m
   placeTrees(model, work.visits.trees, state, work.placement);
   for (const int t : map.coming) findBuried(model, t, state, work);
   renewSupply(model, work, state);
+  work.stopped = old_work.stopped;
   work.activity.carryOver(old_work.activity, map, old_work, model, state, work);
   work.reported.list(state.pairs.awake());
 }

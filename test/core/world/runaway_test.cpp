@@ -112,7 +112,8 @@ TEST(Runaway, AWorldWhoseStepsMakeEnergyStopsAndSaysSo) {
     WorldSettings settings;
     settings.comparator = comparators::velocityVerlet;
     settings.energy_ledger = ledger;
-    World world(stack(10, c, settings, 1e-5));
+    const WorldDef def = stack(10, c, settings, 1e-5);
+    World world(def);
     double fastest = 0;
     for (int i = 0; i < 2000 && world.report().finite; ++i) {
       world.step();
@@ -121,6 +122,14 @@ TEST(Runaway, AWorldWhoseStepsMakeEnergyStopsAndSaysSo) {
     EXPECT_FALSE(world.report().finite) << ledger << " " << fastest;
     EXPECT_TRUE(world.report().flags & kRunaway);
     EXPECT_GT(world.report().culprit, 0);
+    std::vector<int> kept;
+    for (int a = 0; a < static_cast<int>(def.articulations.size()); ++a) kept.push_back(a);
+    NextWorld next(world, def, kept);
+    ASSERT_TRUE(world.exchange(next));  // a body that comes starts nothing again
+    const double time = world.time();
+    world.step();
+    EXPECT_FALSE(world.report().finite);
+    EXPECT_EQ(world.time(), time);
   }
 }
 
