@@ -31,7 +31,7 @@ class Activity {
   explicit Activity(const Model& model);  ///< set-up: room for all
 
   int trees() const { return trees_; }           ///< that are left out
-  int waiting() const { return waiting_; }       ///< of them, those that wait
+  int waiting() const { return waiting_; }       ///< trees that wait for a turn
   bool idle() const { return idle_; }            ///< nothing would change, until somebody changes something
   unsigned changes() const { return changes_; }  ///< counts up where the lists of a step become others
 

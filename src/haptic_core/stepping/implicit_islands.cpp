@@ -75,7 +75,7 @@ void stepImplicitIslands(const Model& model, double h, State& state, Work& work,
     const ImplicitReport* solved = solveIsland(model, island, h, work.counted.left() - reserved, state, work, report);
     if (solved && solved->rests && model.settings.energy_ledger) bookRest(model, island, work.placement, state.energy);
     for (int n = 0; n < island.tree_count; ++n) placeTree(model.trees[island.trees[n]], state, work.placement);
-    if (solved) takeContacts(model, h, state, work, report);
+    takeContacts(model, island, solved, h, state, work, report);
     const bool stands = solved && solved->stands && standsAlone(model, island, state);
     if (stands) report.standing += island.tree_count;
     const bool leaves = !stands && may_stand && isCommonTurn(model, state) && mayWait(model, island, state, work.placement);

@@ -155,7 +155,6 @@ void tell(const Model& model, const Island& island, const ImplicitReport& solved
 const ImplicitReport* solveIsland(const Model& model, const Island& island, double h, double most, State& state, Work& work,
                                   StepReport& report) noexcept {
   ImplicitWork& implicit = *work.implicit;
-  for (int i = 0; i < island.pair_count; ++i) work.reported.open(island.pairs[i]);
   meet(model, island, state, work);
   openIsland(h, most, implicit);
   bool solves = false;
@@ -194,7 +193,10 @@ void bookRest(const Model& model, const Island& island, const Placement& placeme
   energy.stilled += kinetic;
 }
 
-void takeContacts(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept {
+void takeContacts(const Model& model, const Island& island, const ImplicitReport* solved, double h, State& state, Work& work,
+                  StepReport& report) noexcept {
+  for (int i = 0; i < island.pair_count; ++i) work.reported.open(island.pairs[i]);
+  if (!solved) return;
   for (const ImplicitContact& c : work.implicit->stage.contacts.all()) {
     ActivePair& pair = state.pairs[c.pair];
     ContactReport contact = reportOf(model, pair, c.volume, c.X_WP, c.force);

@@ -17,7 +17,8 @@ const ImplicitReport* solveIsland(const Model& model, const Island& island, doub
 /// (in realtime) What moved in an island that is brought to rest is lost; the placement has its velocities still.
 void bookRest(const Model& model, const Island& island, const Placement& placement, EnergySums& energy) noexcept;
 
-/// (in realtime) After the island was placed: wrenches of its contacts on its links (and on those that hands hold), and their reports.
-void takeContacts(const Model& model, double h, State& state, Work& work, StepReport& report) noexcept;
+/// (in realtime) After the island was placed: what its contacts did over h [s]. `solved`: of solveIsland; null: nothing touches it.
+void takeContacts(const Model& model, const Island& island, const ImplicitReport* solved, double h, State& state, Work& work,
+                  StepReport& report) noexcept;
 
 }  // namespace haptic::stepping

@@ -33,12 +33,6 @@ void endTurn(const Model& model, const Island& island, State& state, Work& work)
   wait(island, 0, 0, state);
 }
 
-/// It waits for its next turn.
-void waitForNext(const Model& model, const Island& island, State& state, Work& work) noexcept {
-  wait(island, state.step, state.step + static_cast<std::uint64_t>(model.turn_steps), state);
-  work.activity.leave(island, state, work.visits);
-}
-
 /// An island whose turn has come goes over the time that it is `late` [s]. `goes_on`: it may wait again, and where it
 /// does its contacts are reported. `most`: of the step's budget [units].
 void takeTurn(const Model& model, const Island& island, double late, bool goes_on, double most, State& state, Work& work,
@@ -49,8 +43,9 @@ void takeTurn(const Model& model, const Island& island, double late, bool goes_o
   endTurn(model, island, state, work);
   countCalmOver(model, island, steps, work.placement, state);
   if (!goes_on || (solved && solved->stands) || !mayWait(model, island, state, work.placement)) return;
-  if (solved) takeContacts(model, late, state, work, report);
-  waitForNext(model, island, state, work);
+  if (late > 0) takeContacts(model, island, solved, late, state, work, report);
+  wait(island, state.step, state.step + static_cast<std::uint64_t>(model.turn_steps), state);
+  work.activity.leave(island, state, work.visits);
 }
 
 }  // namespace

@@ -132,6 +132,30 @@ TEST(OwnRate, ARestoredWorldReportsNothingOfAnotherTime) {
   EXPECT_GT(compared, 100);
 }
 
+/// Islands that wait come to the present before somebody changes something: their contacts are those of their last turn meanwhile.
+TEST(OwnRate, ContactsOfWhatWaitedAreTheSameUntilTheNextStep) {
+  World world(tumbling(kFar));
+  int compared = 0;
+  for (int round = 0; round < 40; ++round) {
+    for (int i = 0; i < 23; ++i) rub(world);
+    std::vector<std::pair<int, Vector3>> before, after;
+    const auto told = [&](std::vector<std::pair<int, Vector3>>& list) {
+      for (int c = 0; c < world.contactCount(); ++c) {
+        const ContactReport& contact = world.contact(c);
+        list.emplace_back(contact.shape_a << 16 | contact.shape_b, contact.F_BP_W.force);
+      }
+      std::sort(list.begin(), list.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+    };
+    told(before);
+    world.tune(world.tuning());
+    told(after);
+    ASSERT_EQ(before, after) << round;
+    for (int c = 0; c < world.contactCount(); ++c) ASSERT_GE(world.contact(c).link_a, 0);
+    compared += world.contactCount();
+  }
+  EXPECT_GT(compared, 100);
+}
+
 TEST(OwnRate, AHandThatComesToWhatStandsFindsTheSameWhetherItSleepsOrNot) {
   WorldSettings settings;
   settings.step = kStep, settings.far_step = 1e-2, settings.history_steps = 10;
