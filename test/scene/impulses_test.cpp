@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "../scenes/reported_force.h"
 #include "../scenes/shipped_scenes.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/work.h"
@@ -29,12 +30,7 @@ Vector3 velocityOf(const World& world, int link) {
 
 /// Of contacts and couplings on a link, as they are reported: mean over the step [N].
 Vector3 forceOn(const World& world, int link) {
-  Vector3 F = Vector3::Zero();
-  for (int c = 0; c < world.contactCount(); ++c) {
-    const ContactReport& contact = world.contact(c);
-    if (contact.link_b == link) F += contact.F_BP_W.force;
-    if (contact.link_a == link) F -= contact.F_BP_W.force;
-  }
+  Vector3 F = scenes::reportedForceOn(world, link);
   for (int p = 0; p < world.pointerCount(); ++p) {
     if (world.pointerLink(p) == link) F -= world.pointerWrench(p).force;
   }

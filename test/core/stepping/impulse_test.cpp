@@ -7,6 +7,7 @@
 #include "../../scenes/blocks.h"
 #include "../../scenes/ground.h"
 #include "../../scenes/motions.h"
+#include "../../scenes/reported_force.h"
 #include "../../scenes/shaken.h"
 #include "haptic_core/world/world.h"
 
@@ -14,17 +15,6 @@ namespace haptic {
 namespace {
 
 using scenes::Shaken;
-
-/// Force of the contacts on a link over the last step [N].
-Vector3 forceOn(const World& world, int link) {
-  Vector3 F = Vector3::Zero();
-  for (int c = 0; c < world.contactCount(); ++c) {
-    const ContactReport& contact = world.contact(c);
-    if (contact.link_b == link) F += contact.F_BP_W.force;
-    if (contact.link_a == link) F -= contact.F_BP_W.force;
-  }
-  return F;
-}
 
 // Whatever the scheme of a step: m Δv = (F + m g) h, up to what a solve may leave of it.
 TEST(Impulse, OfAStepIsTheChangeOfMomentum) {
@@ -40,7 +30,7 @@ TEST(Impulse, OfAStepIsTheChangeOfMomentum) {
       for (int i = 0; i < 400; ++i) {
         shaken.step(i, world);
         const Vector3 after = world.linkTwist(1).linear, gravity(0, 0, -Shaken::kMass * scenes::kGravity);
-        most = std::max(most, (Shaken::kMass * (after - before) / Shaken::kStep - forceOn(world, 1) - gravity).norm());
+        most = std::max(most, (Shaken::kMass * (after - before) / Shaken::kStep - scenes::reportedForceOn(world, 1) - gravity).norm());
         before = after;
       }
       EXPECT_LT(most, 1e-6 * Shaken::kMass * scenes::kGravity) << "k " << k << ", attempts " << static_cast<int>(attempts);
