@@ -46,6 +46,7 @@ first_cost() {  # APT PACKAGE...
     / newly installed/ { count = $3 + $1 }
     /^Need to get/ { line = $4; unit = $5; sub(/\/.*/, "", unit); fetch = megabytes(line, unit) }
     /^After this operation.* additional/ { unpacked = megabytes($4, $5) }
+    # (dpkg: seconds for each package and each megabyte that it unpacks, of set-ups of both releases on the reference machine.)
     END {
       split(build, b, " "); split(fetched, f, " "); rate = megabytes(f[1], f[2])
       if (rate < 0.5) rate = 0.5

@@ -1,10 +1,10 @@
-/// What is left of a memory after a time.
+/// The share of an exponential memory that is left after a time.
 #pragma once
 #include "haptic_core/base/elementary.h"
 
 namespace haptic {
 
-/// exp(-h / time), for callers who mostly ask for the same h: the last answer is kept. A number for each h, whatever was asked before.
+/// exp(-h / time) for a step h that hardly ever changes: the last result is kept. A result depends on its own h alone.
 class Decay {
  public:
   explicit Decay(double time) : time_(time) {}  ///< [s]

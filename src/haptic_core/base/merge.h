@@ -4,7 +4,7 @@
 
 namespace haptic {
 
-/// (in realtime) Adds what ascends by `before(a, b)` to what does; `list` has room for all. O(both).
+/// (in realtime) Adds the indices `added` to `list`; both ascend by `before(a, b)`, and `list` has room for all. O(both).
 template <class Before>
 void merge(const std::vector<int>& added, std::vector<int>& list, Before&& before) noexcept {
   std::size_t from = list.size(), next = added.size();

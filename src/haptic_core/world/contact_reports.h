@@ -19,7 +19,7 @@ struct ContactReport {
   bool sticking = false;                  ///< friction holds it below its limit
   unsigned flags = 0;                     ///< of the ContactVolume
   int shape_a = -1, shape_b = -1;         ///< the model's shape indices
-  double event = 1;                       ///< share of the step after which it touched, slid or stuck; 1: none of them
+  double event = 1;                       ///< share of the step after which it touched, slid or stuck; 1: it did nothing of the kind
 };
 
 /// Storage of one for each pair of a state.

@@ -9,7 +9,7 @@
 #include "haptic_core/world/held_proxy.h"
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/placement.h"
-#include "haptic_core/world/report.h"
+#include "haptic_core/world/contact_reports.h"
 #include "haptic_core/world/state.h"
 
 namespace haptic {

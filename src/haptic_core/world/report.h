@@ -65,7 +65,7 @@ struct IslandReport {
   double wrench_error = 0;      ///< wrench that this leaves out of balance [N], moments over the body's size
   double budget_used = 0;       ///< evaluations over those it may take
   bool converged = true;        ///< the tolerance was reached in every part
-  bool joints_converged = true; ///< every joint's force is on its graph, likewise
+  bool joints_converged = true; ///< every joint's force is on its graph in every part
   bool fell_back = false;       ///< SDIRK2 was replaced by implicit Euler in a part of this step
 };
 
@@ -101,7 +101,7 @@ struct StepReport {
     flags |= flagsOf(contact);
     if (clipped) flags |= kPressureClipped;
   }
-  /// (in realtime) What the solve of an island came to. `moves`: false where nothing of it goes into a motion.
+  /// (in realtime) The solve of one more island. `moves`: false where the island stays as it was.
   void add(const IslandReport& island, bool moves) noexcept {
     iterations = std::max(iterations, island.iterations);
     evaluations = std::max(evaluations, island.evaluations);
