@@ -82,19 +82,21 @@ class Verbs(unittest.TestCase):
         return ask("sh", "-uc", f"ROOT={ROOT} BUILD= CALLER=; . $ROOT/launch/verbs/parts/progress.sh; {script}", "sh", *words)
 
     def test_an_interrupt_at_any_instant_ends_a_verb(self):
-        """While a verb starts its keeper, on a core that others use: of 200 interrupts three made the shell and its keeper wait for one
-        another for ever."""
+        """While a verb starts its relay and its keeper, on a core that others use: of 200 interrupts three made the shell and its keeper wait
+        for one another for ever. The end of the output tells that neither is left."""
         random, core = Random(1), min(os.sched_getaffinity(0))
-        script = f"ROOT={ROOT} BUILD= CALLER=; . $ROOT/launch/verbs/parts/progress.sh; start_keeper; sleep 0.02"
+        parts = "$ROOT/launch/verbs/parts"
+        script = f"ROOT={ROOT} BUILD= CALLER=; . {parts}/output.sh; . {parts}/progress.sh; start_keeper; sleep 0.02; exit"
         others = [subprocess.Popen(["taskset", "-c", str(core), "sh", "-c", "while :; do :; done"]) for _ in range(4)]
         try:
             for _ in range(200):
                 with subprocess.Popen(["taskset", "-c", str(core), "sh", "-uc", script], start_new_session=True,
-                                      stderr=subprocess.DEVNULL) as verb:
+                                      stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as verb:
                     time.sleep(random.uniform(0.001, 0.08))
                     verb.send_signal(signal.SIGINT)
                     try:
-                        self.assertIn(verb.wait(timeout=60), (130, 0, -signal.SIGINT))
+                        verb.communicate(timeout=60)
+                        self.assertIn(verb.returncode, (130, 0, -signal.SIGINT))
                     finally:
                         if verb.poll() is None:
                             os.killpg(verb.pid, signal.SIGKILL)

@@ -7,19 +7,22 @@ relay_output() {
   local relay_folder
   { [ -p /dev/fd/1 ] || [ -p /dev/fd/2 ]; } && relay_folder=$(mktemp -d 2>/dev/null) || return 0
   if [ -p /dev/fd/1 ] && [ "$(readlink "/proc/$$/fd/1")" = "$(readlink "/proc/$$/fd/2")" ]; then
-    start_relay "$relay_folder/both" && exec >"$relay_folder/both" 2>&1
+    start_relay "$relay_folder/both" && exec >&9 2>&1 9>&-
   else
-    [ ! -p /dev/fd/1 ] || { start_relay "$relay_folder/out" && exec >"$relay_folder/out"; }
-    [ ! -p /dev/fd/2 ] || { start_relay "$relay_folder/err" >&2 && exec 2>"$relay_folder/err"; }
+    [ ! -p /dev/fd/1 ] || { start_relay "$relay_folder/out" && exec >&9 9>&-; }
+    [ ! -p /dev/fd/2 ] || { start_relay "$relay_folder/err" >&2 && exec 2>&9 9>&-; }
   fi
   rm -r "$relay_folder"
 }
 
-start_relay() {  # FIFO: to what is fd 1 now
-  mkfifo "$1" || return 1
-  # shellcheck disable=SC2094 # another process writes
-  (trap '' INT QUIT TERM HUP; cat || exec cat >/dev/null) <"$1" 2>/dev/null &
+# The FIFO is opened for reading and writing first, so that neither end waits for the other: a signal that interrupted an open that
+# waits would leave a relay that waits for ever.
+start_relay() {  # FIFO: to what is fd 1 now; fd 9 is its writer
+  # shellcheck disable=SC2094 # a FIFO: what one end writes the other reads
+  mkfifo "$1" && exec 7<>"$1" 8<"$1" 9>"$1" 7<&- || return 1
+  (trap '' INT QUIT TERM HUP; cat || exec cat >/dev/null) <&8 2>/dev/null 8<&- 9>&- &
   RELAYS="$RELAYS $!"
+  exec 8<&-
 }
 
 # A verb ends when all that it said has been told: the first process of a container takes all others with it.
