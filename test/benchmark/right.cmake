@@ -4,5 +4,6 @@ if(NOT TARGET penalty_sim_scene)
 endif()
 target_sources(bench_right PRIVATE ${CMAKE_CURRENT_LIST_DIR}/right_carriers.cpp ${CMAKE_CURRENT_LIST_DIR}/right_balances.cpp
   ${CMAKE_CURRENT_LIST_DIR}/right_energy.cpp ${CMAKE_CURRENT_LIST_DIR}/right_impacts.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/right_power.cpp ${CMAKE_CURRENT_LIST_DIR}/right_rolling.cpp)
+  ${CMAKE_CURRENT_LIST_DIR}/right_power.cpp ${CMAKE_CURRENT_LIST_DIR}/right_rings.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/right_rolling.cpp)
 target_link_libraries(bench_right penalty_sim_scene)

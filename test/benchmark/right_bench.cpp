@@ -1,6 +1,6 @@
 /// `./run bench right`: contact against statics, kinematics and conservation laws, with every integrator.
 ///
-/// An argument runs only the groups whose name contains it: corner, seam, overlay, carrier, balance, energy, power, impact, rolling.
+/// An argument runs only the groups whose name contains it: corner, seam, overlay, carrier, balance, energy, power, impact, rolling, ring.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -179,7 +179,7 @@ int main(int argc, char** argv) {
     void (*run)();
   } groups[] = {{"overlay", runOverlay}, {"carrier", runCarriers}, {"balance", runBalances}, {"seam", runSeams},
                 {"impact", runImpacts},  {"energy", runEnergy},    {"corner", runCorners},   {"rolling", runRolling},
-                {"power", runPower}};
+                {"power", runPower},   {"ring", runRings}};
   for (const auto& group : groups) {
     if (argc > 1 && !std::strstr(group.name, argv[1])) continue;
     std::fprintf(stderr, "%s\n", group.name);

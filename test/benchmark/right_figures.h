@@ -15,6 +15,7 @@ void runBalances();   ///< wrench.*, momentum.*
 void runEnergy();     ///< energy.*
 void runImpacts();    ///< impact.*, runaway.*
 void runPower();      ///< power.*
+void runRings();      ///< ring.*
 void runRolling();    ///< roll.*
 
 }  // namespace haptic::bench

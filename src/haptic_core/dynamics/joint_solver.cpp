@@ -153,7 +153,7 @@ void JointSolver::hold(const double* v, double* u) noexcept {
   }
 }
 
-void JointSolver::factorRings(JointOperator& A) noexcept {
+void JointSolver::factorRings(JointResponse& A) noexcept {
   forEachEquation([&](int e, const double* G, const PlacedRings& r) {
     std::fill_n(ring_force_.begin(), rows_, 0.0);
     std::copy_n(G, r.nv, ring_force_.begin() + r.row);
@@ -167,6 +167,34 @@ void JointSolver::factorRings(JointOperator& A) noexcept {
   });
   for (const std::ptrdiff_t i : present_rings_) rings_[i].rings.shareScale(S_.scale() + rings_[i].first);
   S_.factor(equations_, kRingDamping);
+}
+
+void JointSolver::addResponse(const double* force, double* x) const noexcept {
+  for (int e = 0; e < equations_; ++e) {
+    for (int i = 0; i < rows_; ++i) x[i] += Y_[static_cast<std::size_t>(e) * rows_ + i] * force[e];
+  }
+}
+
+void JointSolver::holdAccelerations(const LinkWork* work, double* v_dot) noexcept {
+  for (const std::ptrdiff_t i : present_rings_) {
+    const PlacedRings& r = rings_[i];
+    r.rings.acceleration(work + r.place.link, v_dot + r.row, &mu_[r.first]);
+  }
+  for (int e = 0; e < equations_; ++e) mu_[e] = -mu_[e];
+  S_.solve(mu_.data());
+  addResponse(mu_.data(), v_dot);
+}
+
+double JointSolver::openingRate() const noexcept {
+  double largest = 0;
+  for (int e = 0; e < equations_; ++e) largest = std::max(largest, std::abs(rate_[e]));
+  return largest;
+}
+
+void JointSolver::holdVelocities(double* v) noexcept {
+  S_.factor(equations_, kRingDamping);
+  S_.solve(rate_.data());
+  addResponse(rate_.data(), v);
 }
 
 /// u again, with the forces Gᵀ μ that give G u = rate.
@@ -203,10 +231,9 @@ bool JointSolver::move(bool all, const double* v, const double* u) noexcept {
 void JointSolver::closingWay(double* way) noexcept {
   S_.factor(equations_, kClosingDamping);
   S_.solve(gap_.data());
+  for (int e = 0; e < equations_; ++e) gap_[e] = -gap_[e];
   std::fill_n(way, rows_, 0.0);
-  for (int e = 0; e < equations_; ++e) {
-    for (int i = 0; i < rows_; ++i) way[i] -= Y_[static_cast<std::size_t>(e) * rows_ + i] * gap_[e];
-  }
+  addResponse(gap_.data(), way);
 }
 
 double JointSolver::closure(const LinkWork* work) const noexcept {

@@ -23,15 +23,23 @@
 
 namespace haptic {
 
-/// A symmetric positive definite A with its own forces f₀. Vectors are ordered by its rows.
-class JointOperator {
+/// A factored symmetric positive definite A. Vectors are ordered by its rows.
+class JointResponse {
+ public:
+  /// (in realtime) x = (A + diag)⁻¹ force, 0 where u is prescribed.
+  virtual void respond(const double* force, double* x) noexcept = 0;
+
+ protected:
+  ~JointResponse() = default;
+};
+
+/// A symmetric positive definite A with its own forces f₀.
+class JointOperator : public JointResponse {
  public:
   /// (in realtime) Factors A + diag; `diag[i]` = infinity: u_i is prescribed. False: not positive definite.
   virtual bool factor(const double* diag) noexcept = 0;
   /// (in realtime) u with (A + diag) u = h (f₀ + force); prescribed u_i are given in `u`. [N·m] or [N], [rad/s] or [m/s].
   virtual void solve(const double* force, double* u) noexcept = 0;
-  /// (in realtime) x = (A + diag)⁻¹ force, 0 where u is prescribed.
-  virtual void respond(const double* force, double* x) noexcept = 0;
   /// (in realtime) (A u)_row/h − f₀_row for the u of the last `solve`: what all other forces together have to be at the
   /// joint of `link` [N·m] or [N].
   virtual double required(int link, int row, const double* u) noexcept = 0;
@@ -123,7 +131,15 @@ class JointSolver {
   int passes() const { return passes_; }  ///< of the last `solve`
 
   /// (in realtime) S of the rings' last poses on the factor that A has.
-  void factorRings(JointOperator& A) noexcept;
+  void factorRings(JointResponse& A) noexcept;
+  /// (in realtime) After `factorRings`: adds to v̇ the accelerations by the forces of rings, so that G v̇ + G' v = 0. `work` holds the
+  /// links' accelerations at v̇. Of one articulation.
+  void holdAccelerations(const LinkWork* work, double* v_dot) noexcept;
+  /// (in realtime) G v of the poses and velocities of the last `lookAtRings` with a share of 0; the largest [m/s, rad/s].
+  double openingRate() const noexcept;
+  /// (in realtime) After `factorRings`: takes G v of the last `lookAtRings` from v, by the impulse of the rings alone. Of one
+  /// articulation.
+  void holdVelocities(double* v) noexcept;
   /// (in realtime) The gaps of rings and mimics at these poses [m, rad]; the largest.
   double gapAt(const LinkWork* work, const double* q) noexcept;
   /// (in realtime) The shortest way that closes the gaps of the last `gapAt`, in the inertia of the last `factorRings`, by
@@ -168,6 +184,7 @@ class JointSolver {
   void orderRings() noexcept;
   void hold(const double* v, double* u) noexcept;
   void closeRings(JointOperator& A, double* u) noexcept;
+  void addResponse(const double* force, double* x) const noexcept;  ///< x += A⁻¹ Gᵀ force
   void readForces(JointOperator& A, const double* v, const double* u) noexcept;
   bool move(bool all, const double* v, const double* u) noexcept;
 

@@ -28,6 +28,16 @@ Rings::Rings(const Articulation& articulation, std::vector<RingDef> rings)
       throw SetupError(articulation.def().name + "/" + ring.name,
                        "a ring joins links that are not there, or one link", "name two links of the model");
     rows_ += rowsOf(ring.type);
+    double mass = 0, moment = 0;
+    const auto add = [&](int link, const Pose& X_LF) {
+      if (link < 0) return;
+      const LinkInertia& body = articulation.def().links[link].inertia;
+      mass += body.mass;
+      moment += body.mass * (X_LF.p - body.p_LC).squaredNorm() + 0.5 * body.I_C.trace();
+    };
+    add(ring.link_a, ring.X_AF);
+    add(ring.link_b, ring.X_BF);
+    gyration2_.push_back(moment > 0 ? moment / mass : 1);  // links without inertia of their own have no scale
   }
   for (int i = 0; i < articulation.linkCount(); ++i)
     if (articulation.def().links[i].joint.mimic_joint >= 0) mimics_.push_back(i);
@@ -93,13 +103,48 @@ void Rings::jacobian(const LinkWork* work, double* G) const noexcept {
   }
 }
 
-void Rings::shareScale(double* of_equation) const noexcept {
+void Rings::acceleration(const LinkWork* work, const double* v_dot, double* phi_ddot) const noexcept {
+  struct Point {
+    Vector3 omega = Vector3::Zero(), velocity = Vector3::Zero(), alpha = Vector3::Zero(), acceleration = Vector3::Zero();
+  };
+  const auto pointOf = [&](int link, const Vector3& p_W) -> Point {
+    if (link < 0) return {};
+    const LinkWork& w = work[link];
+    const Vector3 arm = p_W - w.p_WO, turning = w.omega.cross(arm);
+    return {w.omega, w.velocity + turning, w.alpha, w.acceleration + w.alpha.cross(arm) + w.omega.cross(turning)};
+  };
   for (const RingDef& ring : rings_) {
-    for (const int count : {3, rowsOf(ring.type) - 3}) {
-      if (count == 0) continue;
-      std::fill_n(of_equation, count, *std::max_element(of_equation, of_equation + count));
-      of_equation += count;
+    const Frames f = frames(ring, work);
+    const Point a = pointOf(ring.link_a, f.X_WA.p), b = pointOf(ring.link_b, f.X_WB.p);
+    // A row's direction e turns with a: (e·Δ)' = e·Δ' + (ω_a × e)·Δ.
+    const auto add = [&](const Vector3& e, const Vector3& rate, const Vector3& change) {
+      *phi_ddot++ = e.dot(change) + a.omega.cross(e).dot(rate);
+    };
+    const Vector3 turn = b.omega - a.omega, turn_rate = b.alpha - a.alpha;
+    for (int k = 0; k < 3; ++k) add(f.X_WA.R.col(k), b.velocity - a.velocity, b.acceleration - a.acceleration);
+    if (ring.type == RingDef::Type::kHinge) {
+      Vector3 first, second;
+      across(ring.axis, first, second);
+      add(f.X_WA.R * first, turn, turn_rate);
+      add(f.X_WA.R * second, turn, turn_rate);
+    } else if (ring.type == RingDef::Type::kWeld) {
+      for (int k = 0; k < 3; ++k) add(f.X_WA.R.col(k), turn, turn_rate);
     }
+  }
+  for (int i : mimics_) {
+    const JointDef& joint = articulation_.def().links[i].joint;
+    *phi_ddot++ = v_dot[articulation_.link(i).v] - joint.mimic_multiplier * v_dot[articulation_.link(joint.mimic_joint).v];
+  }
+}
+
+void Rings::shareScale(double* of_equation) const noexcept {
+  for (std::size_t i = 0; i < rings_.size(); ++i) {
+    const int turns = rowsOf(rings_[i].type) - 3;
+    double largest = 0;
+    for (int k = 0; k < 3 + turns; ++k) largest = std::max(largest, of_equation[k] * (k < 3 ? 1 : gyration2_[i]));
+    std::fill_n(of_equation, 3, largest);
+    std::fill_n(of_equation + 3, turns, largest / gyration2_[i]);
+    of_equation += 3 + turns;
   }
 }
 

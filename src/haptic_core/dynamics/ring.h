@@ -31,7 +31,11 @@ class Rings {
   void residual(const LinkWork* work, const double* q, double* phi) const noexcept;
   /// (in realtime) G, rows() × nv row-major, at the poses in `work`.
   void jacobian(const LinkWork* work, double* G) const noexcept;
-  /// (in realtime) A number for each equation: of those that are of one kind, the three lengths or the turns of a ring, the largest.
+  /// (in realtime) φ'' = G v̇ + G' v by the accelerations of the links in `work`, which `v_dot` are those of; `phi_ddot[rows()]`.
+  void acceleration(const LinkWork* work, const double* v_dot, double* phi_ddot) const noexcept;
+  /// (in realtime) A number for each equation, [1/kg] of lengths and [1/(kg m²)] of turns: of a ring the largest, turns by the radius of
+  /// gyration of its links about its frames. Rows that the tree does not move at all, the tilts of a hinge in a planar ring or the lengths
+  /// of a weld in a spherical one, hold rounding alone, and get the scale of the others.
   void shareScale(double* of_equation) const noexcept;
   /// Largest distance between the origins of a ring's frames [m].
   double closure(const LinkWork* work) const noexcept;
@@ -43,6 +47,7 @@ class Rings {
   Frames frames(const RingDef& ring, const LinkWork* work) const noexcept;
   const Articulation& articulation_;
   std::vector<RingDef> rings_;
+  std::vector<double> gyration2_;  ///< by ring: square of that radius [m²]
   std::vector<int> mimics_;  ///< links whose joint follows another
   int rows_ = 0;
 };

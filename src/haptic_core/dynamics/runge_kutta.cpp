@@ -80,12 +80,13 @@ int rungeKuttaScratch(const Articulation& articulation) {
 }
 
 bool stepRungeKutta(const Articulation& articulation, const Vector3& gravity, double h, double* q, double* v,
-                    LinkWork* work, double* scratch, StageForces* joints) noexcept {
+                    LinkWork* work, double* scratch, StageJoints* joints) noexcept {
   const int nq = articulation.nq(), nv = articulation.nv(), width = nq + nv;
   double* const slopes = scratch;  // one (q̇, v̇) per stage
   double* const stage = scratch + kStages * width;
   double* const tau = stage + width;
   double* const momenta = tau + nv;
+  const bool keeps_momentum = !joints || !joints->haveRings();
   const auto start = [&] {
     for (int k = 0; k < nq; ++k) stage[k] = q[k];
     for (int k = 0; k < nv; ++k) stage[nq + k] = v[k];
@@ -104,14 +105,18 @@ bool stepRungeKutta(const Articulation& articulation, const Vector3& gravity, do
     double* const slope = slopes + s * width;
     derivatives(articulation, stage, stage + nq, slope);
     if (s > 0 || !joints) forwardKinematics(articulation, stage, stage + nq, work);
-    if (s == 0) noteMomentum(articulation, work, momenta);
-    accelerations(articulation, gravity, joints ? tau : nullptr, nullptr, work, slope + nq);
+    if (s == 0 && keeps_momentum) noteMomentum(articulation, work, momenta);
+    if (joints) {
+      joints->accelerate(gravity, stage, stage + nq, tau, work, slope + nq);
+    } else {
+      accelerations(articulation, gravity, nullptr, nullptr, work, slope + nq);
+    }
     if (s == 0 && joints && !joints->areResolved(work)) return false;
   }
   start();
   for (int s = 0; s < kStages; ++s) advance(h * kB[s], s);
   renormalise(articulation, stage);
-  restoreMomentum(articulation, momenta, gravity, h, stage, stage + nq, work);
+  if (keeps_momentum) restoreMomentum(articulation, momenta, gravity, h, stage, stage + nq, work);
   if (joints && !joints->at(stage, stage + nq, 0, tau)) return takeBack();
   for (int k = 0; k < nq; ++k) q[k] = stage[k];
   for (int k = 0; k < nv; ++k) v[k] = stage[nq + k];

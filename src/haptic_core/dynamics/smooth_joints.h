@@ -1,4 +1,5 @@
-/// Joints that move freely within their kinks: their laws as forces in the stages of stepRungeKutta, to its order.
+/// Joints that move freely within their kinks: their laws as forces in the stages of stepRungeKutta, to its order; and rings, which hold
+/// the accelerations of each stage, G v̇ + G' v = 0 (index 1; Hairer, Wanner, Solving Ordinary Differential Equations II, 1996, VII.2).
 ///
 /// Resolved is a step h in which Σ h s_i (M⁻¹)_ii ≤ 3, s_i = d + h k of all damping and stiffness at joint i. This trace is not below the
 /// largest eigenvalue of M⁻¹ (h D + h² K), so z = h λ of every motion of the joints solves z² + a z + b = 0 with a + b below it, and
@@ -14,14 +15,17 @@
 namespace haptic {
 
 /// The laws of one articulation's joints in one step.
-class SmoothJoints final : public StageForces {
+class SmoothJoints final : public StageJoints {
  public:
-  /// The articulation must outlive it.
-  explicit SmoothJoints(const Articulation& articulation);
+  /// Both must outlive it. `rings`: of the same articulation, whose rows are those of v.
+  SmoothJoints(const Articulation& articulation, JointSolver& rings);
 
   void begin(const JointCommand* commands, double h) noexcept;  ///< (in realtime) before a step h
   bool at(const double* q, const double* v, double time, double* tau) noexcept override;
   bool areResolved(const LinkWork* work) noexcept override;
+  bool haveRings() const noexcept override { return rings_.hasRings(); }
+  void accelerate(const Vector3& gravity, const double* q, const double* v, const double* tau, LinkWork* work,
+                  double* v_dot) noexcept override;
 
   const JointWork& work() const { return work_; }  ///< of the step, by the quadrature of the stages
   /// Forces of the joints where the last stage was, by link: after a step, at its end.
@@ -40,13 +44,14 @@ class SmoothJoints final : public StageForces {
     double damping;  ///< [N·m·s/rad] or [N·s/m]
   };
   const Articulation& articulation_;
+  JointSolver& rings_;
   std::vector<Law> laws_;
   std::vector<Damped> damped_;
   const JointCommand* commands_ = nullptr;
   double h_ = 0;
   bool first_ = false;  ///< the next stage is the first
   JointWork work_;
-  std::vector<double> scratch_, mobility_;
+  std::vector<double> scratch_, mobility_, none_;  ///< none_: zeros
 };
 
 }  // namespace haptic

@@ -1,13 +1,14 @@
 /// One step of a tree with everything its joints do: damping, friction, limits, drives, mimic, rings.
 ///
 /// A tree that nothing else pulls at moves to fourth order while its joints' laws are smooth and a step resolves them
-/// (smooth_joints.h). Where all stand, one sticks, stops, saturates or is stiffer, and with rings: symplectic Euler, v₁ = v + h v̇
+/// (smooth_joints.h); rings hold the accelerations of each stage, and at the end q on φ = 0 and v on G v = 0. Where all stand, one sticks,
+/// stops, saturates or is stiffer, or a ring does not close so (a straight chain between fixed points): symplectic Euler, v₁ = v + h v̇
 /// with the forces here and now, q₁ = q ⊕ h v₁, where the joints' own forces are taken at v₁ and rings hold at q₁: the equations of
 /// joint_solver.h, over the inertia of the tree. A straight piece's slope joins M's diagonal in the articulated-body algorithm. Up to
-/// five chord Newton steps then put q₁ on φ = 0.
+/// five chord Newton steps put q₁ on φ = 0, in both.
 ///
-/// Cost: passes × one articulated-body evaluation, twice that with rings; six to fourth order, two more where that is not resolved. No
-/// heap, no exception (in realtime) after construction.
+/// Cost: passes × one articulated-body evaluation, twice that with rings, and a response for each of their rows; six times that to fourth
+/// order, two more where that is not resolved. No heap, no exception (in realtime) after construction.
 #pragma once
 #include <vector>
 
@@ -60,6 +61,7 @@ class TreeMotion {
  private:
   bool stepSmoothly(const Vector3& gravity, double h, const JointCommand* commands, double* q, double* v, LinkWork* work) noexcept;
   double correct(int steps, double* q, const double* v, LinkWork* work) noexcept;
+  bool holdVelocities(double h, const double* q, double* v, LinkWork* work) noexcept;
 
   const Articulation& articulation_;
   JointSolver joints_;
@@ -67,7 +69,7 @@ class TreeMotion {
   std::vector<std::string> unsupported_;
   JointReport report_;
   // Of one step.
-  std::vector<double> tau_, v_dot_, change_, v_end_, response_, stages_;
+  std::vector<double> tau_, v_dot_, change_, v_end_, q_start_, v_start_, response_, stages_;
   std::vector<JointForce> force_;
 };
 

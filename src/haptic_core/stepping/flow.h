@@ -1,8 +1,8 @@
 /// Trees that nothing touches, by themselves: an attempt of an island, and all of a world in which nothing can touch or pull.
 ///
-/// A free body goes exactly under gravity; a tree of joints to fourth order while its laws are smooth; both by velocity Verlet
-/// (dynamics/tree_step.h) under applied wrenches. Where limits, friction, drives or loops jump within a step, an implicit first-order
-/// step of the tree keeps them dissipative at any gain (dynamics/tree_motion.h).
+/// A free body goes exactly under gravity; a tree of joints and loops to fourth order while its laws are smooth; both by velocity Verlet
+/// (dynamics/tree_step.h) under applied wrenches. Where limits, friction or drives jump within a step, an implicit first-order step of the
+/// tree keeps them dissipative at any gain (dynamics/tree_motion.h).
 #pragma once
 #include "haptic_core/world/model.h"
 #include "haptic_core/world/report.h"
