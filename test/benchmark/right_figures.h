@@ -12,6 +12,7 @@ using comparators::NamedAttempts;
 
 void runCarriers();   ///< carrier.*
 void runBalances();   ///< wrench.*, momentum.*
+void runDrops();      ///< contact.*
 void runEnergy();     ///< energy.*
 void runImpacts();    ///< impact.*, runaway.*
 void runPower();      ///< power.*

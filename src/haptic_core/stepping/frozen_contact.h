@@ -21,6 +21,7 @@ struct FrozenContact {
   Matrix6 G = Matrix6::Zero();         ///< -g ∂F/∂V of the last Newton step, friction's limit kept
   Vector6 per_load = Vector6::Zero();  ///< ∂F/∂N of it by that limit [m … 1]
   Vector6 F_done = Vector6::Zero();    ///< that the last Newton step balanced, of B at P, in P's axes [N·m, N]
+  double pulled = 0;                   ///< by which the last full Newton step would have it pull [N]
 };
 
 /// A force between two links, or a link and W, in a pass of an implicit stage: linear in the motion since the reference, but for the

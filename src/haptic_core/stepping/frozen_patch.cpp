@@ -16,9 +16,6 @@ constexpr double kLeastDepth = 1e-3;
 constexpr double kLeastSplit = 0.05, kMostSplit = 0.95;
 /// Faces stand for a patch whose force they have within this factor; the rest of it is other faces' or clipped.
 constexpr double kMostScale = 1.5;
-/// Share of the force, at the radius of the patch, that may be constant where the pass goes far: it does not end with the
-/// contact, and 1e5 N of a deep predicted overlap would throw the bodies about.
-constexpr double kMostConstant = 0.1;
 
 /// Eigenpairs of a symmetric positive semidefinite 2 × 2 matrix.
 struct Axes {
@@ -65,8 +62,9 @@ void FrozenPatch::setLaw(const PairLaw& law, double g) noexcept {
   torsion_ = law.torsion;
   constant_.setZero();
   beyond_.setZero();
+  load_ = 0;
   scale_ = 1;
-  large_constant_ = rough_ = is_known_ = false;
+  is_known_ = false;
   faces_.clear();
 }
 
@@ -119,15 +117,15 @@ void FrozenPatch::freeze(const ContactVolume& volume, double squares, const Loca
   matchForce({force.normal_force, -F.torque.y(), F.torque.x()}, V);
 }
 
-/// Makes the force at the reference exact: scales all pressures, then shifts all places; what these bounds leave over is
-/// constant.
+/// Makes the force at the reference exact: scales all pressures, then shifts all places, at most by the radius; what that leaves over of
+/// the moments is constant.
 void FrozenPatch::matchForce(const Vector3& exact, const Vector6& V) noexcept {
   Vector3 first;
   scale_ = 1;
   constant_.setZero();
   sum(V, first);
   if (first[0] > 0 && exact[0] > 0) {
-    scale_ = std::clamp(exact[0] / first[0], 1 / kMostScale, kMostScale);
+    scale_ = exact[0] / first[0];
     Vector2 shift = exact.tail<2>() / exact[0] - first.tail<2>() / first[0];
     if (shift.norm() > radius_) shift *= radius_ / shift.norm();
     if (faces_.empty()) {
@@ -139,15 +137,9 @@ void FrozenPatch::matchForce(const Vector3& exact, const Vector6& V) noexcept {
     sum(V, first);
   }
   constant_ = exact - first;
-  first_ = first + constant_;
+  load_ = first[0];
+  first_ = exact;
   is_known_ = true;
-  const double bound = kMostConstant * std::abs(exact[0]);
-  large_constant_ = std::abs(constant_[0]) > bound || constant_.tail<2>().norm() > bound * radius_;
-}
-
-void FrozenPatch::dropConstant() noexcept {
-  rough_ = large_constant_;
-  if (rough_) constant_.setZero(), is_known_ = false;
 }
 
 void FrozenPatch::freezeNear(const ContactVolume& near, double closer, const PairLaw& law, const Vector6& V,
@@ -219,7 +211,7 @@ void FrozenPatch::eachPressing(const Vector6& V, Visit&& visit) const noexcept {
 }
 
 void FrozenPatch::sum(const Vector6& V, Vector3& first) const noexcept {
-  first = constant_;
+  first.setZero();
   eachPressing(V, [&](double x, double y, double weight, double v_n, double reach) {
     double slope;
     const double p = weight * press(v_n, reach, slope);
@@ -234,8 +226,8 @@ void FrozenPatch::setReach(const Vector6& V) noexcept {
 }
 
 bool FrozenPatch::spread(const FaceOverlay& faces, const Vector6& V) noexcept {
-  Vector3 exact, first;
-  sum(V, exact);
+  const Vector3 exact = first_;
+  Vector3 first;
   const FrozenPatch points = *this;
   faces_ = faces;
   scale_ = 1;
@@ -271,6 +263,8 @@ double FrozenPatch::missedDepth(const Vector6& V, double mean_depth) const noexc
 
 void FrozenPatch::evaluate(const Vector6& V, Force& out) const noexcept {
   sum(V, out.first);
+  out.share = load_ > 0 ? std::clamp(out.first[0] / load_, 0.0, 1.0) : 0;
+  out.first += out.share * constant_;
   out.normal = std::max(0.0, out.first[0]);
   out.friction = friction_.hold(slipRate(V), g_, out.normal);
   setForce(out);
@@ -279,6 +273,7 @@ void FrozenPatch::evaluate(const Vector6& V, Force& out) const noexcept {
 bool FrozenPatch::evaluateAtReference(const Vector6& V, Force& out) const noexcept {
   if (!is_known_) return false;
   out.first = first_;
+  out.share = 1;
   out.normal = std::max(0.0, out.first[0]);
   out.friction = friction_.hold(slipRate(V), g_, out.normal);
   setForce(out);
@@ -300,7 +295,7 @@ Vector2 FrozenPatch::missedFriction(const Vector6& V, const Vector6& F_done) con
 void FrozenPatch::setForce(Force& out) const noexcept {
   const Vector3& f = out.friction.force;
   out.F << out.first[2], -out.first[1], f[2], f[0], f[1], out.first[0];
-  out.F += beyond_;
+  out.F += out.share * beyond_;
 }
 
 Matrix6 FrozenPatch::tangent(const Vector6& V, const Force& force) const noexcept {

@@ -14,8 +14,9 @@
 ///     Hunt–Crossley   k w (D - g v_n)₊ (1 - c v_n)₊
 ///     linear          w (k (D - g v_n) - b v_n)₊   while D > g v_n.
 /// Both fall with v_n: gradients of convex functions. The second moment of the thickness that four points miss is made
-/// good by a common factor of the pressures and a common shift of the places: the force at the reference is exact.
-/// The wrench of a spring with a potential beyond k Vol n stays as it is at the reference: exact there, and linear in the twist.
+/// good by a common factor of the pressures and a common shift of the places, and what is left of the moments by a constant: the force at
+/// the reference is exact. That constant, and the wrench of a spring with a potential beyond k Vol n, go with the pressure: where the patch
+/// opens they end (`contact.stopped_worlds`: a constant that stays throws light bodies at 1e11 N/m³ and above).
 /// Friction is a FrictionLayer, whose limit is that of this normal force. Where a patch opens or closes by
 /// more than its depth the four points are a caricature:
 /// stage_reference.h freezes anew at the end that they predict.
@@ -60,6 +61,7 @@ class FrozenPatch {
     double normal = 0;            ///< N [N]
     FrictionLayer::Hold friction;     ///< of it
     Vector3 first = Vector3::Zero();  ///< N, ∫ x p, ∫ y p: moments with (1, x, y) [N, N·m]
+    double share = 1;                 ///< of the pressure at the reference that is left, at most 1: what is constant goes with it
   };
   /// (in realtime) The force at a twist.
   void evaluate(const Vector6& V, Force& out) const noexcept;
@@ -78,11 +80,6 @@ class FrozenPatch {
   /// (in realtime) Takes an exact contact from the reference to the twist V: force, friction's memory, powers, and the
   /// elastic energy to the first order. `at_V`: of `evaluate` there.
   void carry(const Vector6& V, const Force& at_V, const Pose& X_AP, LocatedForce& force, double& elastic) const noexcept;
-
-  /// (in realtime) Where points or faces have not the exact force at the reference, leaves out the difference: for a pass
-  /// that may go far from it, and is not the last.
-  void dropConstant() noexcept;
-  bool isRough() const { return rough_; }  ///< something was left out: another evaluation has to follow
 
   /// (in realtime) No force.
   void forget() noexcept { points_ = 0, faces_.clear(), constant_.setZero(), beyond_.setZero(), is_known_ = false; }
@@ -126,7 +123,7 @@ class FrozenPatch {
   Vector6 beyond_ = Vector6::Zero();     ///< wrench of the spring beyond k Vol n, as at the reference (LocatedForce)
   Vector3 place_ = Vector3::Zero();      ///< centroid in A's frame [m]
   double radius_ = 0;                    ///< of gyration of its area [m]
-  bool large_constant_ = false, rough_ = false;  ///< constant_ is large; it was left out
+  double load_ = 0;                      ///< pressure of points or faces at the reference [N]
   Vector3 first_ = Vector3::Zero();      ///< sums at the reference, while they are known
   bool is_known_ = false;
   FaceOverlay faces_;                    ///< in place of the points, unless empty

@@ -15,6 +15,7 @@ constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)|
 /// pass will. Unless it misses that share of a speed by the force on one body of several: the slope is the part's, and a heavy
 /// body's hides a light one's.
 constexpr double kStraight = 0.02;
+constexpr double kPull = 1e-10;       ///< share of the largest force by which a contact may pull: rounding
 constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass
 
 /// Contacts and forces of a pass at most.
@@ -269,6 +270,7 @@ PassEnd FrozenProblem::solvePart(double g, int most, double finest, double enoug
     const double beyond = speedBeyondLimit(g);
     end.remainder = std::max(alpha < 1 ? changed + (1 - alpha) * size : share * size, beyond);
     end.energy_remainder = share * -dot(residual_, step_);
+    if (anyPulls()) continue;
     if (size <= finest || (i > 0 && size < kShort * changed)) break;
     if (alpha != 1 || std::abs(left) > kStraight) continue;
     double missed = beyond;
@@ -283,11 +285,20 @@ PassEnd FrozenProblem::solvePart(double g, int most, double finest, double enoug
   return end;
 }
 
-/// Sliding friction answers no motion: where the step took another than N allows, it misses that as a speed, however stiff N is [m/s].
+/// By the last Newton step, before its share: the next one opens it.
+bool FrozenProblem::anyPulls() noexcept {
+  double pressed = 0, pulled = 0;
+  eachContact([&](const FrozenContact& c) { pressed = std::max(pressed, c.F_done[5]), pulled = std::max(pulled, c.pulled); });
+  return pulled > kPull * pressed;
+}
+
+/// Where a Newton step took friction for another than N allows, or a contact to pull, it misses that as a speed, however stiff N is:
+/// sliding friction answers no motion, and a contact that opens does not [m/s].
 double FrozenProblem::speedBeyondLimit(double g) noexcept {
   double most = 0;
   eachContact([&](const FrozenContact& c) {
-    most = std::max(most, missedSpeed(c.link_a, c.link_b, c.patch.missedFriction(c.V, c.F_done).norm(), g));
+    const double missed = std::max(c.pulled, c.patch.missedFriction(c.V, c.F_done).norm());
+    most = std::max(most, missedSpeed(c.link_a, c.link_b, missed, g));
   });
   return most;
 }
@@ -368,6 +379,7 @@ void FrozenProblem::followLoad(double g, const double* v) noexcept {
     const double y = share * loadOf(c);
     if (share != 0) c.step += share * (c.step_loaded - c.step);
     c.F_done -= (c.G * c.step + y * c.per_load) / g;
+    c.pulled = std::max(0.0, -c.F_done[5]);
   });
 }
 

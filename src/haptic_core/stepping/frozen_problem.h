@@ -110,6 +110,7 @@ class FrozenProblem {
   void inertialPart(const double* v) noexcept;
   void linearForces(double g) noexcept;
   double imbalance(double g) const noexcept;
+  bool anyPulls() noexcept;
   double speedBeyondLimit(double g) noexcept;
   double missedSpeed(int link_a, int link_b, double missed, double g) const noexcept;
   bool findStep(double g, const double* q, const double* v, double open) noexcept;

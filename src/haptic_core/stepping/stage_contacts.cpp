@@ -46,7 +46,6 @@ double StageContacts::springEnergy() const noexcept {
 
 double StageContacts::evaluate(const std::vector<char>& moved, const StageTolerance& tolerance, double changed) noexcept {
   double looks = 0;
-  rough_ = false;
   reach_ = g_ * changed;
   if (seams_->any()) {
     seams_->find(state_->pairs.data(), island_.pairs, island_.pair_count, places_.X_WS, workspace_);
@@ -93,7 +92,6 @@ bool StageContacts::hold(const StageTolerance& tolerance, const double* u) const
 /// along n and of first order in the turn of n, is small against the tolerance, as a speed and as an energy.
 bool StageContacts::staysValid(int slot, const StageTolerance& tolerance) const noexcept {
   const FrozenContact& c = problem_.contacts[slot];
-  if (c.patch.isRough()) return false;
   const ImplicitContact& contact = contacts_[slot];
   const double mass = std::min(problem_.massOf(c.link_a), problem_.massOf(c.link_b));
   const Vector6 change = c.V - c.V_frozen;
@@ -150,11 +148,7 @@ void StageContacts::evaluatePair(int index) noexcept {
   frozen.F_done << found.force.F_BP_P.torque, found.force.F_BP_P.force;
   const double squares = 2 * contact.elastic / k;  // ∫d² dA [m⁴]
   frozen.patch.freeze(found.volume, squares, contact.force, found.law, frozen.V_reference, g_);
-  if (!(reach_ > 0)) {
-    if (!(since_ > 0)) frozen.patch.dropConstant();  // BDF2's guess is no way off; a pass that goes far is followed by another
-    rough_ |= frozen.patch.isRough();
-    return;
-  }
+  if (!(reach_ > 0)) return;
   const ConvexShape &A = *model_.shapes[shape_a].shape, &B = *model_.shapes[shape_b].shape;
   FaceOverlay faces;
   if (faces.find(A, B, X_AB, found.volume.X_AP) && frozen.patch.spread(faces, frozen.V_reference)) {

@@ -82,7 +82,6 @@ class StageContacts {
   /// (in realtime) Of what hands that lead a link, and belts, do to contacts as they stand at the reference [W]; as in `finish`.
   double supply(const stepping::HeldLinks& held) const noexcept;
   bool touches(int pair) const { return slot_[pair] >= 0 && contacts_[slot_[pair]].touching; }  ///< so found last
-  bool isRough() const { return rough_; }      ///< a patch of the last evaluation has not the exact force
 
  private:
   void evaluatePair(int pair) noexcept;
@@ -119,7 +118,6 @@ class StageContacts {
   double run_ = 0;                   ///< how long belts have run since `memory_` [s]
   double since_ = 0;                 ///< Advance::since
   double reach_ = 0;                 ///< gap that may close within the pass: way of the last one [m]
-  bool rough_ = false;
   int aside_ = 0;                    ///< patches that are no pair's own
   FrozenContact before_;             ///< within `evaluatePair`: the contact of the pass before
   LoadedVector<ImplicitContact> contacts_;  ///< parallel to the problem's
