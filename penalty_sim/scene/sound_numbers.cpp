@@ -68,16 +68,20 @@ class Judge {
 
   /// Each impossible number of the attribute becomes that of its bounds.
   void judge(XmlElement* element, const char* attribute, std::size_t count, const NumberBounds& bounds) const {
-    Numbers numbers = element ? numbersOf(*element, attribute, count) : Numbers();
+    Numbers numbers = element ? numbersOf(*element, attribute, count) : Numbers(), possible;
     const Numbers given = numbers;
     for (double& number : numbers) {
-      if (!isPossible(number, bounds)) number = std::strtod(bounds.otherwise, nullptr);
+      if (isPossible(number, bounds)) {
+        possible.push_back(number);
+      } else {
+        number = std::strtod(bounds.otherwise, nullptr);
+      }
     }
     if (!std::equal(numbers.begin(), numbers.end(), given.begin())) {
       replaced(*element, attribute, isUnlimited(bounds) ? "no limit is taken" : std::string(bounds.otherwise) + " is taken in its place");
       element->SetAttribute(attribute, written(numbers).c_str());
     }
-    warnOf(element, attribute, numbers, bounds);
+    warnOf(element, attribute, possible, bounds);
   }
 
   void warnOf(const XmlElement* element, const char* attribute, const Numbers& numbers, const NumberBounds& bounds) const {

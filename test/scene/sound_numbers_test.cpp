@@ -102,6 +102,15 @@ TEST(SoundNumbers, WhatCannotBeIsReplacedOrLeftOut) {
   }
 }
 
+/// 1e6 N m, which takes the place of an effort that cannot be, is more than robots have.
+TEST(SoundNumbers, WhatWasReplacedIsNotAccusedOnceMore) {
+  for (const char* effort : {"-1", "inf"}) {
+    const SceneDef scene = load(arm(kAxis + "<limit lower=\"0\" upper=\"1\" effort=\"" + effort + "\" velocity=\"1\"/>"));
+    EXPECT_EQ(scene.replaced.size(), 1u) << effort;
+    EXPECT_EQ(scene.warnings, std::vector<std::string>()) << effort << "\n" << sceneText(scene);
+  }
+}
+
 TEST(SoundNumbers, WhatIsImprobableIsSaidWithItsNumber) {
   const auto limited = [](const std::string& lower, const std::string& upper, const std::string& effort, const std::string& velocity) {
     return arm(kAxis + "<limit lower=\"" + lower + "\" upper=\"" + upper + "\" effort=\"" + effort + "\" velocity=\"" + velocity + "\"/>");
