@@ -38,8 +38,8 @@ inline LoopDef ringClosure(const WorldDef& def, int chain, LoopDef::Type type) {
   return loop;
 }
 
-/// A regular polygon of links without gravity, one of whose hinges turns at `rate` [rad/s] at the start; the ring takes of it what would
-/// open it. `R`: how it lies in W.
+/// A regular polygon of links without gravity, one of whose hinges turns at `rate` [rad/s] at the start; the first step takes the
+/// part of that motion that would open the ring. `R`: how it lies in W.
 inline WorldDef freeRing(int links, LoopDef::Type closure, double rate, const Matrix3& R = Matrix3::Identity()) {
   WorldDef def;
   def.settings.gravity.setZero();

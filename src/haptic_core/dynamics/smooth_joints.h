@@ -17,7 +17,7 @@ namespace haptic {
 /// The laws of one articulation's joints in one step.
 class SmoothJoints final : public StageJoints {
  public:
-  /// Both must outlive it. `rings`: of the same articulation, whose rows are those of v.
+  /// Articulation and rings must outlive this object. `rings`: of the same articulation; its rows are the degrees of freedom, in order.
   SmoothJoints(const Articulation& articulation, JointSolver& rings);
 
   void begin(const JointCommand* commands, double h) noexcept;  ///< (in realtime) before a step h

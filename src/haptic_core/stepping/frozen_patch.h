@@ -61,7 +61,7 @@ class FrozenPatch {
     double normal = 0;            ///< N [N]
     FrictionLayer::Hold friction;     ///< of it
     Vector3 first = Vector3::Zero();  ///< N, ∫ x p, ∫ y p: moments with (1, x, y) [N, N·m]
-    double share = 1;                 ///< of the pressure at the reference that is left, at most 1: what is constant goes with it
+    double share = 1;                 ///< N over that at the reference, at most 1: by it the constant moments and `beyond_` count
   };
   /// (in realtime) The force at a twist.
   void evaluate(const Vector6& V, Force& out) const noexcept;

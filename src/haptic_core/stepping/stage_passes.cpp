@@ -12,8 +12,8 @@ namespace {
 
 /// Changes that shrink no more, but are this small already, are rounding in a stiff contact.
 constexpr double kStagnation = 1e-9;
-/// Newton steps of a pass at most. Passes contract by 5–20 each, so that more of them beat longer ones; but a deep corner or edge, whose
-/// force falls with the square of its depth, opens by a half in each.
+/// Newton steps of a pass at most. Passes contract by 5–20 each, so that more passes beat longer passes; but a deep corner or edge, whose
+/// force falls with the square of its depth, opens by a half in each Newton step.
 constexpr int kStepsOfPass = 8;
 /// Without contacts a pass costs little, and there is nothing that ends it but rounding: share of the
 /// tolerance then.
