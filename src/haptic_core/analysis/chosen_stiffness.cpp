@@ -151,8 +151,8 @@ double carriedWeight(const ArticulationDef& articulation, int link, double gravi
 }
 
 double touchStiffness(const WorldDef& def, int pointer, const HandMapping& mapping) {
-  const double h = def.settings.step, bound = largestWallStiffness(kRelaxedHandDamping, 0, h, loopDelay(h, kSlowestWire));
-  return bearableFoundation(def, pointer, mapping, bound);
+  const double h = def.settings.step, borne = largestWallStiffness(kRelaxedHandDamping, 0, h, loopDelay(h, kSlowestWire));
+  return bearableFoundation(def, pointer, mapping, stiffestWall(borne, kItsCount));
 }
 
 }  // namespace haptic

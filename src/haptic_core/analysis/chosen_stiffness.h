@@ -27,6 +27,7 @@ inline constexpr double kSink = 0.01;  ///< share of the least extent: 1 mm on 1
 inline constexpr double kRigidSink = 1e-6;  ///< share of the least extent at rest: 0.1 µm of 10 cm, below any reading of a pose
 inline constexpr double kRigidFall = 1e-4;  ///< likewise in a fall from its own height; asks for some 20 to 200 times as much as rest does
 inline constexpr double kSlowestWire = 4e-4;  ///< [s] of urdf/devices, G6X4's
+inline constexpr double kItsCount = 3.485e-5;  ///< [m] of the G6X4's strings
 
 /// Stiffness that a link needs to rest.
 struct RestingStiffness {

@@ -89,10 +89,21 @@ double couplingStiffness(const PointerDef& pointer, const HandMapping& mapping, 
   return pointer.coupling.stiffness * mapping.scale * mapping.force_scale;
 }
 
-/// The stiffest coupling of a device held by a relaxed hand, at the grip [N/m].
-double borneCoupling(const DeviceDef& device, double period, double delay) {
+/// One count of the coarsest string [m].
+double countOf(const DeviceDef& device) {
   double count = 0;
   for (const StringDef& string : device.strings) count = std::max(count, std::fabs(string.length_per_count));
+  return count;
+}
+
+/// The stiffest wall that a device bears with this damping [N·s/m] over this delay [s], at the grip [N/m].
+double borneWall(const DeviceDef& device, double damping, double period, double delay) {
+  return stiffestWall(largestWallStiffness(damping, 0, period, delay), countOf(device));
+}
+
+/// The stiffest coupling of a device held by a relaxed hand, at the grip [N/m].
+double borneCoupling(const DeviceDef& device, double period, double delay) {
+  const double count = countOf(device);
   const double filter = 1 / (2 * M_PI * SpidarSettings{}.velocity_cutoff_hz);
   return stiffestCoupling({device.grip_damping + kRelaxedHandDamping, 0.5 * period + delay, period, count, filter}).stiffness;
 }
@@ -116,10 +127,10 @@ HandCertificate certifyHand(const WorldDef& def, int pointer, const HandMapping&
   c.pointer = hand.name.empty() ? model.links[link].name : hand.name;
   c.press = press;
   c.rate = 1 / period;
-  c.alone = largestWallStiffness(device.grip_damping, 0, period, delay);
+  c.alone = borneWall(device, device.grip_damping, period, delay);
   c.delay = mapping.delay;
-  c.held_without = largestWallStiffness(device.grip_damping + kRelaxedHandDamping, 0, period, wire);
-  c.held = largestWallStiffness(device.grip_damping + kRelaxedHandDamping, 0, period, delay);
+  c.held_without = borneWall(device, device.grip_damping + kRelaxedHandDamping, period, wire);
+  c.held = borneWall(device, device.grip_damping + kRelaxedHandDamping, period, delay);
   const Partner partner = stiffestPartner(model, link);
   if (partner.own < 0) return c;
   c.against = model.links[model.shapes[partner.other].link].name;

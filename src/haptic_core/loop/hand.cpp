@@ -185,7 +185,7 @@ void Hand::bear(World& world) const noexcept {
   if (!feelsAnything() && settings_.force_scale > 0) {
     const Spidar::Tuning limits = device_.tuning();
     const double K = stableStiffness(), B = device_.def().grip_damping + kRelaxedHandDamping;
-    bound.stiffness = K / worldToGrip();
+    bound.stiffness = stiffestWall(K, count_) / worldToGrip();
     if (K > 0) bound.lag = B / K;
     if (!world.model().holds(pointer_) && K > 0) {
       const CouplingBound coupling = stiffestCoupling({B, B / K, world.settings().step, count_, velocity_filter_});

@@ -246,14 +246,19 @@ std::string rangeText(const Vector3& low, const Vector3& high, double scale, int
 /// Largest stable contact stiffness per rate, by the device's own damping and with a relaxed hand's on top.
 std::string wallText(const DeviceDef& def) {
   std::string text = "stable contact stiffness [N/mm], grip free / in a relaxed hand:";
+  double count = 0;
+  for (const StringDef& string : def.strings) count = std::max(count, std::fabs(string.length_per_count));
   for (const double rate : {1000.0, 2000.0, 5000.0, 10000.0}) {
     if (rate > def.max_rate_hz * (1 + 1e-9)) continue;
     const double period = 1 / rate, delay = loopDelay(period, def.delay_s);
-    text += " " + number(rate, 0) + " Hz " + number(1e-3 * largestWallStiffness(def.grip_damping, 0, period, delay), 2) +
-            " / " + number(1e-3 * largestWallStiffness(def.grip_damping + kRelaxedHandDamping, 0, period, delay), 1) + ";";
+    const auto borne = [&](double damping, int digits) {
+      return number(1e-3 * stiffestWall(largestWallStiffness(damping, 0, period, delay), count), digits);
+    };
+    text += " " + number(rate, 0) + " Hz " + borne(def.grip_damping, 2) + " / " + borne(def.grip_damping + kRelaxedHandDamping, 1) + ";";
   }
   text.back() = '\n';
-  return text + "  (Colgate & Schenkel: damping over half a period plus delay; the passivity controller adds damping up to its own)\n";
+  return text + "  (Colgate & Schenkel: damping over half a period plus delay, and " + number(kWallCountForce, 2) +
+         " N a count at most; the passivity controller adds damping up to its own)\n";
 }
 
 /// How far the wire tells whether the motors obey their currents, and the faults that stay unseen.

@@ -27,8 +27,10 @@
 ///   - the damper takes a filtered velocity of the hand, b/(1 + jωσ): the disc is turned by the phase of (K + jωb/(1 + jωσ))/(K + jωb) as
 ///     well. For σ = 0.8 ms the left side of (1) is 1.09 B at most, at any period; `kFiltered` K makes it 0.96 B (wall_bound_test).
 ///
-/// **Counts.** One encoder count q moves the coupling's force by K q + b q g/T, g the share of the filter in a period. That is felt while
-/// the hand rests; K and b are lowered together until it is `kCountForce`. A contact has no such share: it moves by S q alone.
+/// **Counts.** One encoder count q moves the coupling's force by K q + b q g/T, g the share of the filter in a period, and that of a wall
+/// by S q. That is felt while the hand rests; K and b are lowered together until it is `kCountForce`, and S until it is `kWallCountForce`.
+/// At 1 kHz that lowers the wall of the device with the coarsest counts alone, at 10 kHz from 14.5 to 9 N/mm where a count is 17 µm.
+/// Without it 72 of 2000 presses on thin bodies hum, most of them at 5 and 10 kHz, with it 10 (`hand.thin.rings`).
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -43,14 +45,20 @@ inline constexpr double kRelaxedHandDamping = 8;
 inline constexpr double kRelaxedHandTurnDamping = 0.01;
 /// Share of K of (1) that the filter of the velocity leaves [1]; at 1 a world can be made that gets a tenth of B at 400 Hz.
 inline constexpr double kFiltered = 0.9;
-/// Most that one count may change a coupling's force [N]: a third of the least change that is counted as a turn of a ring
+/// Most that one count may change a force [N]: a third of the least change that is counted as a turn of a ring
 /// (loop/hand_trial.h), for a grip that hums swings by two or three. A count of 17 µm is 0.10 N at 1 kHz, and would be 0.35 N at 10 kHz.
 inline constexpr double kCountForce = 0.1;
+/// The same of a wall, which has no tool between that swings [N]: half of that change.
+inline constexpr double kWallCountForce = 0.15;
 
 /// Largest K [N/m] for B, b [N·s/m], T and τ [s]; 0: none, the device has no damping to spare.
 inline double largestWallStiffness(double device_damping, double wall_damping, double period, double delay) {
   return std::max(0.0, (device_damping - std::fabs(wall_damping)) / (period / 2 + delay));
 }
+
+/// S [N/m] of a wall that the hand bears by damping and delay, lowered until a count of `count` [m] moves its force by no more than
+/// kWallCountForce.
+inline double stiffestWall(double borne, double count) { return std::min(borne, kWallCountForce / count); }
 
 /// The port of a loop, at the grip.
 struct LoopPort {

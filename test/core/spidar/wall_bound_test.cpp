@@ -41,6 +41,11 @@ TEST(WallBound, WallDampingAndDelayTakeTheirShare) {
   EXPECT_EQ(largestWallStiffness(0.1, 0.5, 1e-3, 0), 0);
 }
 
+TEST(WallBound, ACountMovesNoForceByMoreThanIsFelt) {
+  EXPECT_EQ(stiffestWall(4571, 1.67e-5), 4571);  // at 1 kHz the delay is what counts
+  EXPECT_DOUBLE_EQ(stiffestWall(14545, 2e-5) * 2e-5, kWallCountForce);
+}
+
 using Complex = std::complex<double>;
 
 /// Least Re(Z e^{-jωL}) over B [1], Z what the hand meets of a coupling in front of a world of admittance Y, over all ω below half the
