@@ -14,7 +14,6 @@ struct FrozenContact {
   Vector6 V_frozen = Vector6::Zero();  ///< the same where the patch was frozen
   Vector6 V = Vector6::Zero();         ///< the same at the present v
   Vector6 step = Vector6::Zero();      ///< J p
-  Vector6 step_loaded = Vector6::Zero();  ///< the same with the step's change of friction's limit
   FrozenPatch::Force force;            ///< at V
   bool ends_here = false;              ///< a pass has ended at V, and `force` is that there
   Vector3 slid = Vector3::Zero();      ///< friction at the last Newton step where it slid (x, y, about n); 0: it stuck [N, N·m]

@@ -15,6 +15,8 @@ constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)|
 /// pass will. Unless it misses that share of a speed by the force on one body of several: the slope is the part's, and a heavy
 /// body's hides a light one's.
 constexpr double kStraight = 0.02;
+/// Share of friction's change of load that a Newton step may miss [1].
+constexpr double kLoadError = 1e-4;
 constexpr double kPull = 1e-10;       ///< share of the largest force by which a contact may pull: rounding
 constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass
 
@@ -26,11 +28,13 @@ int joinsOf(const Model& model) {
 }  // namespace
 
 FrozenProblem::FrozenProblem(const Model& model)
-    : model_(model), parts_(model.trees.size(), static_cast<std::size_t>(joinsOf(model))), matrix_(model, joinsOf(model)) {
+    : model_(model), parts_(model.trees.size(), static_cast<std::size_t>(joinsOf(model))), matrix_(model, joinsOf(model)),
+      load_solver_(static_cast<std::size_t>(model.pair_capacity + kAside)) {
   node_of_tree_.assign(model.trees.size(), -1);
   for (auto* x : {&remainder_, &energy_remainder_}) x->resize(model.trees.size());
-  for (auto* x : {&v_reference_, &r_reference_, &smooth_, &residual_, &step_, &loaded_, &load_, &trial_, &rows_}) x->resize(model.nv);
+  for (auto* x : {&v_reference_, &r_reference_, &smooth_, &residual_, &step_, &loaded_, &trial_, &rows_}) x->resize(model.nv);
   contacts.reserve(model.pair_capacity + kAside);
+  slid_load_.resize(static_cast<std::size_t>(model.pair_capacity + kAside));
   forces.reserve(static_cast<int>(model.pointers.size() + model.forces.size()));
   joined_.resize(static_cast<std::size_t>(joinsOf(model)));
 }
@@ -343,43 +347,45 @@ void FrozenProblem::stepFor(const std::vector<double>& residual, const double* v
   eachVelocity([&](int k) { step[k] = rows_[row++]; });
 }
 
-/// Takes step_ from A p = -R to A p + Σ Jᵀ b y = -R with y = nᵀ G J p, -g times the change of N in the step. The first step took y for 0,
-/// a second one takes it for that of the first, and between and beyond the two lies the one with the least error of y: an iteration of
-/// GMRES (Saad, Schultz, SIAM J. Sci. Stat. Comput. 7, 1986). Further ones change no count. Where that is no way down, as where two
-/// bodies wedge, the first step it is. A full step is then the motion under exactly F_done, linear in it.
+/// Takes step_ from A p = -R to A p + Σ Jᵀ b y = -R with y = nᵀ G J p of the patches that slide, -g times the change of their N in the
+/// step: y is found by GMRES (base/gmres.h), each vector a solve on the factor at hand, and then p. A full step is the motion under exactly
+/// F_done, linear in it. With one vector two patches that slide on one body, as of a wedge, jammed from 1e11 N/m³ on.
 void FrozenProblem::followLoad(double g, const double* v) noexcept {
   const auto loadOf = [](const FrozenContact& c) { return c.G.row(5).dot(c.step); };
-  bool slides = false;
-  eachContact([&](const FrozenContact& c) { slides |= !c.per_load.isZero(0); });
-  double share = 0;
-  if (slides) {
-    eachVelocity([this](int k) { load_[k] = 0; });
-    eachContact([&](const FrozenContact& c) { addContact(c, loadOf(c) * c.per_load, load_.data()); });
-    eachVelocity([this](int k) { trial_[k] = residual_[k] + load_[k]; });
-    stepFor(trial_, v, loaded_);
-    double along = 0, norm = 0;
-    eachContact([&](FrozenContact& c) {
-      c.step_loaded = twistOf(c, loaded_.data());
-      if (c.per_load.isZero(0)) return;
-      const double first = loadOf(c), error = 2 * first - c.G.row(5).dot(c.step_loaded);
-      along += first * error;
-      norm += error * error;
-    });
-    share = norm > 0 ? along / norm : 0;
-    eachVelocity([&](int k) { loaded_[k] = step_[k] + share * (loaded_[k] - step_[k]); });
-    if (!(dot(residual_, loaded_) < 0)) share = 0;
-    if (joints_) {  // their forces are those of the last step that was solved
-      eachVelocity([&](int k) { trial_[k] = residual_[k] + share * load_[k]; });
-      stepFor(trial_, v, step_);
-    } else if (share != 0) {
-      step_.swap(loaded_);
-    }
+  int sliding = 0;
+  double norm2 = 0;
+  eachContact([&](const FrozenContact& c) {
+    if (c.per_load.isZero(0)) return;
+    slid_load_[sliding++] = loadOf(c);
+    norm2 += loadOf(c) * loadOf(c);
+  });
+  if (norm2 > 0) {
+    load_solver_.solve(sliding, kLoadError, [&](const double* y, double* left) { missedLoad(v, y, left); }, slid_load_.data());
+    stepUnder(slid_load_.data(), v, step_);
   }
+  sliding = 0;
   eachContact([&](FrozenContact& c) {
-    const double y = share * loadOf(c);
-    if (share != 0) c.step += share * (c.step_loaded - c.step);
+    const double y = c.per_load.isZero(0) ? 0 : slid_load_[sliding++];
+    if (norm2 > 0) c.step = twistOf(c, step_.data());
     c.F_done -= (c.G * c.step + y * c.per_load) / g;
     c.pulled = std::max(0.0, -c.F_done[5]);
+  });
+}
+
+/// The step where friction's limits go with y, by patches that slide.
+void FrozenProblem::stepUnder(const double* y, const double* v, std::vector<double>& step) noexcept {
+  eachVelocity([this](int k) { trial_[k] = residual_[k]; });
+  eachContact([&](const FrozenContact& c) {
+    if (!c.per_load.isZero(0)) addContact(c, *y++ * c.per_load, trial_.data());
+  });
+  stepFor(trial_, v, step);
+}
+
+/// y less the change of nᵀ G J p by it.
+void FrozenProblem::missedLoad(const double* v, const double* y, double* left) noexcept {
+  stepUnder(y, v, loaded_);
+  eachContact([&](const FrozenContact& c) {
+    if (!c.per_load.isZero(0)) *left++ = *y++ - c.G.row(5).dot(twistOf(c, loaded_.data()) - c.step);
   });
 }
 

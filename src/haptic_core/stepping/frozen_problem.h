@@ -8,7 +8,7 @@
 /// implicit_joints.h, convex as well. The limit follows the normal force N, and adds a part that is not symmetric. Newton's method:
 ///     (A + Σ Jᵀ b nᵀ G J) p = -R,   A = M + Σ JᵀCJ + Σ JᵀGJ,  C with the line's part where it is within its limit,
 /// with G = -g ∂F/∂V while the limit stays, nᵀ G its row of the normal force, and b = ∂F/∂N of sliding patches. A is symmetric positive
-/// definite and sparse over the graph of contacts (block_cholesky.h); the rest takes one more solve on its factor (`followLoad`).
+/// definite and sparse over the graph of contacts (block_cholesky.h); the rest takes some more solves on its factor (`followLoad`).
 /// Then the root of φ(α) = R(v + α p)·p, on the frozen forces alone. No geometry is asked in here. While the limit was that of
 /// the last Newton step, a heap of 100 cubes took half as many factorisations again, and two bodies that meet at 1e12 N/m³ none
 /// were enough for.
@@ -29,6 +29,7 @@
 #include <limits>
 #include <vector>
 
+#include "haptic_core/base/gmres.h"
 #include "haptic_core/dynamics/kinematics.h"
 #include "haptic_core/geometry/volume/loaded_vector.h"
 #include "haptic_core/stepping/frozen_contact.h"
@@ -115,6 +116,8 @@ class FrozenProblem {
   double missedSpeed(int link_a, int link_b, double missed, double g) const noexcept;
   bool findStep(double g, const double* q, const double* v, double open) noexcept;
   void followLoad(double g, const double* v) noexcept;
+  void stepUnder(const double* y, const double* v, std::vector<double>& step) noexcept;
+  void missedLoad(const double* v, const double* y, double* left) noexcept;
   void stepFor(const std::vector<double>& residual, const double* v, std::vector<double>& step) noexcept;
   double search(double g, const double* v, double& left) noexcept;
   double dot(const std::vector<double>& a, const std::vector<double>& b) const noexcept;
@@ -133,8 +136,10 @@ class FrozenProblem {
   IslandPart part_;                     ///< that is being solved
   std::vector<TreePair> joined_;        ///< by contact, then by force
   std::vector<double> remainder_, energy_remainder_;  ///< by the part's first tree, of its last solve
-  std::vector<double> v_reference_, r_reference_, smooth_, residual_, step_, loaded_, load_, trial_, rows_;
+  std::vector<double> v_reference_, r_reference_, smooth_, residual_, step_, loaded_, trial_, rows_;
+  std::vector<double> slid_load_;       ///< by patch of the part that slides: y of `followLoad` [N·s]
   FrozenMatrix matrix_;
+  Gmres load_solver_;
 };
 
 }  // namespace haptic
