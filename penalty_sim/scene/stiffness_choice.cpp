@@ -100,14 +100,9 @@ bool saysRigid(const WorldDef& world) {
   return false;
 }
 
-/// k of a link's rigid pairs [N/m³]; 0: it cannot lie.
-double rigidOf(const WorldDef& world, int articulation, int link, const LinkLoad& load, double dissipation) {
-  RigidLoad rigid;
-  rigid.gravity = world.settings.gravity.norm();
-  rigid.own = carriedWeight(world.articulations[articulation], link, rigid.gravity);
-  rigid.weight = load.weight, rigid.thinnest = load.thinnest, rigid.dissipation = dissipation;
-  if (!(rigid.gravity > 0)) return 0;
-  return std::fmin(kStiffestRigid, kMargin * rigidStiffness(world.articulations[articulation].links[link], rigid).stiffness);
+/// Least k of a link's rigid pairs [N/m³]; 0: it cannot lie.
+double rigidOf(const LinkDef& link, const LinkLoad& load) {
+  return std::fmin(kStiffestRigid, kMargin * restingStiffness(link, load.weight, load.thinnest, kRigidSink).stiffness);
 }
 
 /// k of every body's rigid pairs, whether the body says rigid or what it meets does.
@@ -115,20 +110,19 @@ void chooseRigid(const std::vector<std::vector<LinkLoad>>& loads, double pressed
                  LoadContext& context) {
   const WorldDef& world = context.scene.world;
   const bool all = world.settings.default_material.rigid();
-  const double dissipation = leastDissipation(world);
   for (int a = 0; a < static_cast<int>(world.articulations.size()); ++a) {
     for (int l = 0; l < static_cast<int>(world.articulations[a].links.size()); ++l) {
       LinkLoad load = loads[a][l];
       if (load.weight > 0) load.weight += pressed;
-      const double k = rigidOf(world, a, l, load, dissipation);
+      const double k = rigidOf(world.articulations[a].links[l], load);
       if (!(k > 0) || held.count({a, l})) continue;
       const std::vector<CollisionDef>& collisions = world.articulations[a].links[l].collisions;
       const bool says = all || std::any_of(collisions.begin(), collisions.end(),
                                            [](const CollisionDef& each) { return each.material.rigid(); });
       std::ostringstream reason;
       reason.precision(3);
-      reason << (says ? "" : "on what is rigid ") << k << " N/m³, for " << kRigidSink << " of its least extent at rest under "
-             << load.weight << " N, " << kRigidFall << " in a fall from its own height";
+      reason << (says ? "" : "on what is rigid ") << k << " N/m³ or as a step resolves, for " << kRigidSink
+             << " of its least extent at rest under " << load.weight << " N";
       give(context, a, l, &ContactMaterial::rigid_stiffness, k, reason.str());
     }
   }
@@ -437,10 +431,9 @@ void makeRigid(WorldDef& def) {
     }
   }
   const auto loads = loadsOf(def, extents);
-  const double dissipation = leastDissipation(def);
   for (std::size_t a = 0; a < loads.size(); ++a) {
     for (std::size_t l = 0; l < loads[a].size(); ++l) {
-      const double k = rigidOf(def, static_cast<int>(a), static_cast<int>(l), loads[a][l], dissipation);
+      const double k = rigidOf(def.articulations[a].links[l], loads[a][l]);
       for (CollisionDef& collision : def.articulations[a].links[l].collisions) {
         if (k > 0) collision.material.rigid_stiffness = k;
       }

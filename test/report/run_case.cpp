@@ -7,6 +7,7 @@
 #include "haptic_core/base/cpu_time.h"
 #include "../benchmark/allocation_count.h"
 #include "haptic_core/base/error.h"
+#include "haptic_core/world/model.h"
 #include "haptic_core/world/world.h"
 #include "scene/stiffness_choice.h"
 
@@ -137,12 +138,14 @@ Wrench springOnHand(const HandSpring& hand, double t, const BodyState& link) {
 
 }  // namespace
 
-/// The largest k that any surface of a rigid scene asks for [N/m³].
+/// The largest k of any pair of a rigid scene [N/m³].
 static double largestRigid(const WorldDef& def) {
+  const Model model(def);
   double most = 0;
-  for (const ArticulationDef& tree : def.articulations) {
-    for (const LinkDef& link : tree.links) {
-      for (const CollisionDef& collision : link.collisions) most = std::fmax(most, collision.material.rigid_stiffness);
+  const int count = static_cast<int>(model.shapes.size());
+  for (int a = 0; a < count; ++a) {
+    for (int b = a + 1; b < count; ++b) {
+      if (model.mayCollide(a, b)) most = std::fmax(most, model.law(a, b, false, false).material.stiffness);
     }
   }
   return most;

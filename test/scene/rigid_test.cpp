@@ -72,10 +72,11 @@ TEST(Rigid, ABodySinksByAMillionthUnderAnyLoad) {
   }
 }
 
+// It stops within v h/100: 14 µm at most, of which the damper takes more than half.
 TEST(Rigid, ABodyThatFallsFromItsOwnHeightSinksByATenThousandth) {
   for (const double mass : {1e-3, 0.1, 8.0, 400.0}) {
     const Sunk s = sunk(load(tower(kRigidScene, "", "", mass, 0, 0.1)));
-    EXPECT_LE(s.deepest, kRigidFall) << mass;
+    EXPECT_LE(s.deepest, 1e-4) << mass;
     EXPECT_LE(s.rest, kRigidSink) << mass;
   }
 }
@@ -138,7 +139,7 @@ TEST(Rigid, ALoaderSaysItOfAll) {
             kRigidSink);
 }
 
-// A scene that a program made: the lower one of two cubes carries both, the upper one itself, and a fall asks for more than that.
+// A scene that a program made: the lower one of two cubes carries both, the upper one itself.
 TEST(Rigid, AProgramSaysItOfAll) {
   WorldDef def = load(tower("", "", "<haptic:contact stiffness=\"1e5\"/>", 3, 3e3)).world;
   makeRigid(def);
@@ -147,7 +148,7 @@ TEST(Rigid, AProgramSaysItOfAll) {
     const ContactMaterial& m = body.links[0].collisions[0].material;
     EXPECT_TRUE(m.rigid());
     if (body.name == "cube") { EXPECT_NEAR(m.rigid_stiffness / at_rest, 1.03, 1e-3) << "the choice has that margin"; }
-    if (body.name == "top") { EXPECT_GT(m.rigid_stiffness, 3e3 * g / (side * kRigidSink * 0.1)); }
+    if (body.name == "top") { EXPECT_NEAR(m.rigid_stiffness / at_rest, 1.03 * 3000 / 3003, 1e-3); }
   }
   World world(def);
   for (int i = 0; i < 100; ++i) world.step();
@@ -179,7 +180,7 @@ TEST(Rigid, FilesSayItAndListingsShowIt) {
   EXPECT_LE(sunk(listed).rest, kRigidSink);
   for (const SceneDef& scene : {listed, load(tower("", "", kRigidTag, 1))}) {
     EXPECT_NE(sceneText(scene).find("(rigid)"), std::string::npos) << sceneText(scene);
-    EXPECT_NE(sceneText(scene).find("in a fall from its own height"), std::string::npos) << sceneText(scene);
+    EXPECT_NE(sceneText(scene).find("or as a step resolves"), std::string::npos) << sceneText(scene);
   }
 }
 

@@ -76,70 +76,17 @@ bool lies(const LinkDef& link) {
   return !link.collisions.empty() && std::all_of(link.collisions.begin(), link.collisions.end(), bounded);
 }
 
-/// Extent of all shapes along a direction [m].
-double heightAlong(const LinkDef& link, const Vector3& up) {
-  double above = -INFINITY, below = -INFINITY;
-  for (const CollisionDef& c : link.collisions) {
-    above = std::max(above, supportHeight(*c.shape, c.X_LS, up));
-    below = std::max(below, supportHeight(*c.shape, c.X_LS, -up));
-  }
-  return above + below;
-}
-
-/// ∫₀ᵈ V [m⁴]: the energy of ½ k ∫d² dA over k. Gauss's rule of four points is exact for V up to d⁷: prisms, frustums and balls.
-double energyVolume(const LinkDef& link, const Vector3& outward, double depth) {
-  constexpr double kPlace[] = {0.8611363115940526, 0.3399810435848563}, kWeight[] = {0.3478548451374538, 0.6521451548625461};
-  double sum = 0;
-  for (int i = 0; i < 2; ++i) {
-    for (const double sign : {-1.0, 1.0}) sum += kWeight[i] * commonVolume(link, outward, 0.5 * depth * (1 + sign * kPlace[i]));
-  }
-  return 0.5 * depth * sum;
-}
-
-/// v0/c − ln(1 + c v0)/c² [m²/s²]: share of ½ v0² that the spring takes; the damper of Hunt and Crossley takes the rest.
-double leftForSpring(double speed, double c) {
-  const double x = c * speed;
-  if (x < 1e-4) return speed * speed * (0.5 - x / 3);  // its series; the next term is x²/4
-  return (x - elementary::log(1 + x)) / (c * c);
-}
-
 }  // namespace
 
-RestingStiffness restingStiffness(const LinkDef& link, double weight, double thinnest) {
+RestingStiffness restingStiffness(const LinkDef& link, double weight, double thinnest, double sink) {
   RestingStiffness out;
   if (!lies(link) || !(weight > 0)) return out;
   out.extent = std::min(leastExtent(link), thinnest);
   for (const Vector3& side : standingSides(link)) {
-    const double volume = commonVolume(link, side, kSink * out.extent);
+    const double volume = commonVolume(link, side, sink * out.extent);
     if (volume > 0) out.stiffness = std::max(out.stiffness, weight / volume);
   }
   return out;
-}
-
-RestingStiffness rigidStiffness(const LinkDef& link, const RigidLoad& load) {
-  RestingStiffness out;
-  if (!lies(link) || !(load.own > 0)) return out;
-  out.extent = std::min(leastExtent(link), load.thinnest);
-  const double rest = kRigidSink * out.extent, deepest = kRigidFall * out.extent;
-  for (const Vector3& side : standingSides(link)) {
-    const double speed = std::sqrt(2 * load.gravity * heightAlong(link, side));
-    const double taken = load.own / load.gravity * leftForSpring(speed, load.dissipation) + load.own * deepest;
-    const double volume = commonVolume(link, side, rest), energy = energyVolume(link, side, deepest);
-    if (volume > 0 && energy > 0) out.stiffness = std::max({out.stiffness, load.weight / volume, taken / energy});
-  }
-  return out;
-}
-
-double leastDissipation(const WorldDef& def) {
-  if (def.settings.pressure_law == PressureLaw::kLinear) return 0;
-  const double said = def.settings.default_material.dissipation;
-  double least = std::isnan(said) ? DefaultMaterial::kDissipation : said;
-  for (const ArticulationDef& tree : def.articulations) {
-    for (const LinkDef& link : tree.links) {
-      for (const CollisionDef& collision : link.collisions) least = std::fmin(least, collision.material.dissipation);
-    }
-  }
-  return least;
 }
 
 double carriedWeight(const ArticulationDef& articulation, int link, double gravity) {

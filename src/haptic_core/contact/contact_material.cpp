@@ -24,7 +24,7 @@ double chosen(const ContactMaterial& a, const ContactMaterial& b, bool rigid) {
   if (given(touch)) return touch;
   if (!rigid) return std::fmax(DefaultMaterial::kStiffness, std::fmax(a.rest_stiffness, b.rest_stiffness));
   const double k = std::fmax(a.rigid_stiffness, b.rigid_stiffness);
-  return given(k) ? k : DefaultMaterial::kRigid;
+  return std::fmax(k, DefaultMaterial::kRigid);
 }
 
 double harmonic(double a, double b) { return 2 * a * b / (a + b); }
@@ -55,6 +55,12 @@ double pairStiffness(const ContactMaterial& a, const ContactMaterial& b, const C
 }
 
 }  // namespace
+
+bool isRigid(const ContactMaterial& a, const ContactMaterial& b, const ContactMaterial& fallback) {
+  const double k_a = said(a, fallback), k_b = said(b, fallback);
+  return std::fmax(k_a, k_b) == ContactMaterial::kRigid && !(std::fmin(k_a, k_b) < ContactMaterial::kRigid) &&
+         !given(std::fmin(a.touch_stiffness, b.touch_stiffness));
+}
 
 ContactMaterial combine(const ContactMaterial& a, const ContactMaterial& b, const ContactMaterial& fallback) {
   using M = ContactMaterial;

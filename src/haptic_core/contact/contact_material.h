@@ -20,7 +20,7 @@ struct ContactMaterial {
   // Chosen where no number is given: analysis/chosen_stiffness.h. They hold for pairs of which neither surface gives one.
   double rest_stiffness = kUnset;        ///< least k with which the body rests as it should [N/m³]
   double touch_stiffness = kUnset;       ///< k where a hand touches this surface [N/m³]
-  double rigid_stiffness = kUnset;       ///< least k with which the body rests and falls as a rigid one should [N/m³]
+  double rigid_stiffness = kUnset;       ///< least k with which the body rests as a rigid one should [N/m³]
 
   bool rigid() const { return stiffness == kRigid; }           ///< it says so
   bool saysNumber() const { return stiffness < kRigid; }       ///< of its stiffness: false for a rigid surface
@@ -37,7 +37,7 @@ struct ContactMaterial {
 /// 1e4 N/m and sinks 98 µm; explicit steps of 1 ms hold it with a margin of 40.
 struct DefaultMaterial {
   static constexpr double kStiffness = 1e6;    ///< [N/m³]
-  static constexpr double kRigid = 1e12;       ///< [N/m³] of rigid surfaces for which nothing was chosen: steel 0.2 m thick
+  static constexpr double kRigid = 1e10;       ///< [N/m³] of rigid pairs at least
   static constexpr double kDamping = 0;        ///< [N·s/m³]
   static constexpr double kDissipation = 10;   ///< [s/m]: no force while parting faster than 0.1 m/s
   static constexpr double kTangentialRatio = 2.0 / 3.0;  ///< k_t/k: shear against compression of an elastic layer
@@ -53,6 +53,9 @@ struct DefaultMaterial {
 /// comes before that of rigid bodies as well.
 /// Every field of the result is set but `tangential_damping`, which may stay unset (critical).
 ContactMaterial combine(const ContactMaterial& a, const ContactMaterial& b, const ContactMaterial& fallback);
+
+/// Whether `combine` makes the k that was chosen for rigid bodies.
+bool isRigid(const ContactMaterial& a, const ContactMaterial& b, const ContactMaterial& fallback);
 
 /// Throws SetupError, naming `where`, field and value: k or k_t ≤ 0, negative damping, μ < 0 or > 10, μ > μ0,
 /// infinities but kRigid of k. NaN means "not given" and passes.

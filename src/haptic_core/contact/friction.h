@@ -119,6 +119,8 @@ struct PairLaw {
   PressureLaw pressure = PressureLaw::kHuntCrossley;  ///< law of the normal pressure
   double reduced_mass = 0;   ///< m_A m_B/(m_A + m_B) [kg], for the critical tangential damper
   bool torsion = true;       ///< false: friction resists sliding only
+  bool rigid = false;          ///< a model makes k as stiff as a step resolves, and k_t with it unless it is given
+  bool shear_follows = false;  ///< no surface gives k_t
 };
 
 /// b_t of the pair [N·s/m³]: as given, or critical for its reduced mass on a patch of `area` [m²].

@@ -36,6 +36,22 @@ constexpr double kBuried = 0.01;
 /// Weights of all that moves that a depth has to carry before it counts as buried. It is pushed out with no more than that: with one,
 /// a body alone in the world would rest at any depth, and one that starts at rest would sink [1].
 constexpr double kCarries = 2;
+/// Swing of a rigid contact in a step, at least [rad]. Ten times as much: friction that begins to slide is not solved, and a wedge of 5°
+/// that is pulled from under a load chatters by 3 % of its pull; a tenth: what falls from its own height goes a thousandth of it deep.
+constexpr double kRigidSwing = 100;
+
+/// Largest side of the box around all shapes of a link [m²]; infinite where one has no end.
+double sectionOf(const LinkDef& link) {
+  Vector3 lower = Vector3::Constant(std::numeric_limits<double>::infinity()), upper = -lower;
+  for (const CollisionDef& collision : link.collisions) {
+    if (!collision.shape || !collision.shape->bounded()) return std::numeric_limits<double>::infinity();
+    const ConvexShape::Box box = collision.shape->aabb(collision.X_LS);
+    lower = lower.cwiseMin(box.lower);
+    upper = upper.cwiseMax(box.upper);
+  }
+  const Vector3 size = upper - lower;
+  return size.prod() / size.minCoeff();
+}
 /// Speeds of recovery are those of falls; without gravity, of falls in a thousandth of the earth's [m/s²].
 constexpr double kLeastGravity = 0.01;
 
@@ -124,6 +140,7 @@ void Model::addLink(const LinkDef& link, int local, const WorldDef& world) {
     entry.size = std::max(entry.size, centre.norm() + collision.shape->boundingRadius());
   }
   if (entry.size == 0) entry.size = 1;
+  entry.section = sectionOf(link);
   entry.moves = model.dof > 0 || (model.parent >= 0 && links[tree.link + model.parent].moves);
   has_joints |= model.dof > 0 && !model.floating;
   for (const CollisionDef& collision : link.collisions) {
@@ -174,6 +191,10 @@ void Model::addMaterials(const WorldDef& def) {
       law.material = combine(materials_[a], materials_[b], def.settings.default_material);
       law.pressure = def.settings.pressure_law;
       law.torsion = def.settings.torsional_friction;
+      const ContactMaterial& otherwise = def.settings.default_material;
+      law.rigid = isRigid(materials_[a], materials_[b], otherwise);
+      law.shear_follows = std::isnan(materials_[a].tangential_stiffness) && std::isnan(materials_[b].tangential_stiffness) &&
+                          std::isnan(otherwise.tangential_stiffness);
       has_friction |= law.material.mu_static > 0;
     }
   }
@@ -374,7 +395,21 @@ PairLaw Model::law(int a, int b, bool a_held, bool b_held) const {
   // Two bodies that nothing moves (a hand's pointer on a fixed wall) have no mass of their own: one kilogram
   // makes their tangential damper finite.
   law.reduced_mass = std::isinf(ma) && std::isinf(mb) ? 1.0 : 1 / (1 / ma + 1 / mb);
+  if (law.rigid) stiffenRigid(a, b, law);
   return law;
+}
+
+/// Two bodies that lie on each other by all of S, the section of the smaller one, swing on k S by kRigidSwing in a step at least: under its
+/// own weight a body rests g (h/kRigidSwing)² deep, and what hits at a speed v stops within v h/kRigidSwing.
+void Model::stiffenRigid(int a, int b, PairLaw& law) const {
+  const ModelLink &A = links[shapes[a].link], &B = links[shapes[b].link];
+  const auto share = [](const ModelLink& link) { return link.moves ? 1 / link.mass : 0; };
+  const double swing = kRigidSwing / settings.step, inverse = share(A) + share(B);
+  if (!(inverse > 0)) return;
+  const double k = tuning.stiffness_scale * swing * swing / (inverse * std::min(A.section, B.section));
+  if (!(k > law.material.stiffness)) return;
+  if (law.shear_follows) law.material.tangential_stiffness *= k / law.material.stiffness;
+  law.material.stiffness = k;
 }
 
 double Model::buriedDepth(int a, int b, double area) const {

@@ -27,6 +27,7 @@ struct ModelLink {
   double mass = 0;                  ///< [kg]
   double least_inertia = 0;         ///< smallest principal one about the centre of mass [kg·m²]
   double size = 0;                  ///< reach of its shapes from the centre of mass [m]; 1 m without shapes
+  double section = 0;               ///< largest side of the box around its shapes [m²]: no patch is larger
   bool moves = false;               ///< has a degree of freedom of its own or of an ancestor
   bool led = false;                 ///< along a motion of the scene: nothing pushes it
 };
@@ -182,6 +183,7 @@ class Model {
   std::vector<std::pair<int, int>> listed_pairs;
 
  private:
+  void stiffenRigid(int a, int b, PairLaw& law) const;
   void addTrees(const WorldDef& def);
   void addTree(const WorldDef& world, const std::vector<int>& articulations);
   void addLink(const LinkDef& link, int local, const WorldDef& world);
