@@ -10,6 +10,7 @@ namespace haptic::bench {
 using comparators::kNamedAttempts;
 using comparators::NamedAttempts;
 
+void runBelts();      ///< belt.*
 void runCarriers();   ///< carrier.*
 void runBalances();   ///< wrench.*, momentum.*
 void runDrops();      ///< contact.*

@@ -51,9 +51,11 @@ struct Stop {
   double at = 1;          ///< share of the step; 1: it did not
   FrictionMemory memory;  ///< measured from here and now, with the slip that the stop leaves
 
-  Stop(const ContactVolume& contact, const Pose& X_AB, const Twist& V_P, const FrictionMemory& before, const PairLaw& law,
+  Stop(const ContactVolume& contact, const Pose& X_AB, const Twist& V_P, const FrictionMemory& told, const PairLaw& law,
        const Advance& advance)
-      : memory(before) {
+      : memory(told) {
+    FrictionMemory before = told;
+    carryMemory(advance.belts, advance.run, X_AB, contact.X_AP, before);
     if (before.touching == 0 || before.sliding == 0 || !(layerArea(contact) > 0)) return;
     const Matrix3& R_AP = contact.X_AP.R;
     const SharedTurn since(X_AB.R * before.anchor.X_AB.R.transpose());
@@ -68,11 +70,12 @@ struct Stop {
     const double forward = old.dot(weight.cwiseProduct(old)), backward = -old.dot(weight.cwiseProduct(rate));
     if (!(backward > 0)) return;
     at = forward / (forward + backward);
-    const Vector3 slip = held + rate * (0.5 * (1 - at) * advance.time) - advance.carried();  // belts go on by themselves
+    const Vector3 slip = held + rate * (0.5 * (1 - at) * advance.time);
     memory.anchor = {X_AB, contact.X_AP.p, R_AP.col(2), R_AP.leftCols<2>() * slip.head<2>(), slip.z()};
     memory.slip_M = since.toA(before.slip_M);
     memory.rate_M = since.toA(before.rate_M);
     memory.force_M = since.toA(before.force_M);
+    carryMemory(advance.belts, -advance.run, X_AB, contact.X_AP, memory);  // belts go on by themselves
   }
 };
 

@@ -137,7 +137,7 @@ void evaluatePair(const Model& model, ContactModel contact_model, int index, con
   const int a = pair.shapeA(), b = pair.shapeB(), link_a = model.shapes[a].link, link_b = model.shapes[b].link;
   if (pair.buried) pair.buried = !(c.volume.depth < model.buriedDepth(a, b, c.volume.A0));
   Advance on = advance;
-  on.belt = c.belt;
+  on.belts = c.belts;
   on.run = advance.time;
   LocatedEvent event;
   settleForce(model, pair, contacts.memory[index].release, contacts.on_link, on, work, c, event);

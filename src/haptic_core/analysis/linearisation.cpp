@@ -64,7 +64,6 @@ void Linearisation::eachContact(const std::vector<int>& which, Visit&& visit) {
   for (const int i : which) {
     if (!locateContact(model_, seams_, i, pairs_[i], places, workspace_, contact)) continue;
     contact.V_AB_P = Twist{};  // belts stand as well: their friction does not depend on poses
-    contact.belt.setZero();
     contact.force = locatedForce(contact.volume, contact.X_AB, workspace_, contact.V_AB_P, FrictionMemory{}, contact.law, Advance{});
     visit(pairs_[i], contact);
   }

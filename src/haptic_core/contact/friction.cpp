@@ -134,7 +134,30 @@ Displaced displacedFrom(const FrictionAnchor& anchor, const Matrix3& E, const Sh
   return {held + turn.halfway(slip), anchor.twist + stretch * u.dot(n), 4 * sine2 >= kMostTurn * kMostTurn};
 }
 
+/// How points of a surface move while it has this rate in the plane of the patch: steadily, so about one axis.
+Pose surfaceMotion(const Vector3& rate, double time, const Pose& X_AP) {
+  const Vector3 straight = X_AP.R.leftCols<2>() * (time * rate.head<2>());
+  if (rate.z() == 0) return Pose(straight);  // exactly without a turn, however often
+  const Vector3 n = X_AP.R.col(2);
+  const double half = 0.5 * time * rate.z();
+  const Matrix3 R = rotationAbout(n, 2 * half);
+  const Vector3 chord = half == 0 ? straight : Vector3(elementary::sin(half) / half * (rotationAbout(n, half) * straight));
+  return {R, X_AP.p - R * X_AP.p + chord};
+}
+
 }  // namespace
+
+Matrix3 carryMemory(const BeltRates& belts, double run, const Pose& X_AB, const Pose& X_AP, FrictionMemory& memory) noexcept {
+  if (memory.touching == 0 || !belts.any()) return Matrix3::Identity();
+  FrictionAnchor& anchor = memory.anchor;
+  if (!belts.b.isZero(0)) anchor.X_AB = anchor.X_AB * (X_AB.inverse() * (surfaceMotion(belts.b, -run, X_AP) * X_AB));
+  if (belts.a.isZero(0)) return Matrix3::Identity();
+  const Pose of_A = surfaceMotion(belts.a, run, X_AP);
+  anchor.X_AB = of_A * anchor.X_AB;
+  anchor.point_A = of_A * anchor.point_A;
+  for (Vector3* v : {&anchor.normal_A, &anchor.slip_A, &memory.normal_A, &memory.slip_M, &memory.rate_M, &memory.force_M}) *v = of_A.R * *v;
+  return of_A.R;
+}
 
 SharedTurn::SharedTurn(const Matrix3& E) {
   const Quaternion turn(E);
@@ -293,8 +316,7 @@ void Evaluation::load(const Pose& X_AB, const Twist& V, FrictionForce& out) {
   // What slides in a solve holds what slides, wherever it began: there the way is the rate's, which the solve is linear in.
   if (!out.renewed && advance_.time > 0) {
     const Displaced now = displacedFrom(memory_.anchor, E, out.since, X_AB, contact_.X_AP);
-    const Vector3 carried = advance_.carried() - out.spread;
-    slip_ = {(R_PA_ * now.slip_A).head<2>() + carried.head<2>(), torsion ? now.twist + carried.z() : 0.0};
+    slip_ = {(R_PA_ * now.slip_A).head<2>() - out.spread.head<2>(), torsion ? now.twist - out.spread.z() : 0.0};
     out.renewed = now.turned;
     if (advance_.mean_rate) seen_ = (slip_ - before_) * (1 / advance_.time);
   }

@@ -11,7 +11,8 @@
 /// push the motion on: the slip has come to a stop inside the step.
 /// s is a displacement between two poses, not the integral of a velocity: an anchor keeps the pose of B on A and the
 /// slip of the layer at one instant. Only the bodies' present pose counts, not the motion and the steps in between. A stuck
-/// patch keeps its anchor, so that no integrator makes it creep on a carrier that turns. The anchor is set anew where
+/// patch keeps its anchor, so that no integrator makes it creep on a carrier that turns. Where a belt moves a surface over its shape the
+/// memory goes with the surface, by the pose that the surface has then, turning included (`carryMemory`). The anchor is set anew where
 /// friction slips or sticks again, and where the bodies have turned against each other by kMostTurn: so it follows a patch
 /// that rolls. s is one displacement for the whole patch. New area is unstrained: s falls as A0 grows, the force stays; area that leaves
 /// takes its energy along. Where s stays as the area grows, friction gives up to a quarter of the energy that a dropped body exchanges
@@ -134,6 +135,13 @@ enum class Yielding : unsigned char {
   kDragged      ///< a patch that slid slides on against its last direction, wherever the slip turns
 };
 
+/// Rates at which belts carry the surfaces over their shapes, in the plane of the patch, at P in P's axes: x, y [m/s], about n [rad/s].
+struct BeltRates {
+  Vector3 a = Vector3::Zero(), b = Vector3::Zero();  ///< of A's surface and of B's
+
+  bool any() const { return !a.isZero(0) || !b.isZero(0); }  ///< a surface moves over its shape
+};
+
 /// How the memory advances to this evaluation.
 struct Advance {
   double time = 0;            ///< since the last one, or the base of a stage [s]; 0: the memory stays
@@ -141,14 +149,10 @@ struct Advance {
   /// The damper sees the mean rate between the two poses, not the one at this instant: of steps of first order, whose rate
   /// lies off by the turn of the carrier within a step, and would hold a share of the force for ever.
   bool mean_rate = false;
-  /// Rate at which belts carry B's surface over its shape less A's, at P in P's axes: x, y [m/s], about n [rad/s]. The twist that goes
-  /// with it contains it; poses do not show it.
-  Vector3 belt = Vector3::Zero();
-  double run = 0;             ///< how long belts have run since the memory's anchor was last told [s]
+  BeltRates belts;            ///< the twist that goes with them contains them; poses do not show them
+  double run = 0;             ///< how long belts have run since the memory was last told [s]
   double since = 0;           ///< since the memory, where the base of a stage is later than it [s]; 0: `time`
 
-  /// Their way meanwhile.
-  Vector3 carried() const { return run * belt; }
   /// Over which springs follow their dampers from the memory [s].
   double lag() const { return since > 0 ? since : time; }
 };
@@ -208,7 +212,12 @@ struct FrictionForce {
   Vector3 spread = Vector3::Zero();         ///< slip that is gone because the area has grown [m, m, rad]
 };
 
-/// (in realtime) A pure function. X_AB: of B's shape in A's. `V`: twist of B relative to A at P, in P's axes.
+/// (in realtime) Moves what the memory knows of the surfaces with them over `run` [s], forward or back: after that the memory is of shapes
+/// whose surfaces stand, at these poses. Returns how A's surface turned, in A's axes.
+Matrix3 carryMemory(const BeltRates& belts, double run, const Pose& X_AB, const Pose& X_AP, FrictionMemory& memory) noexcept;
+
+/// (in realtime) A pure function. X_AB: of B's shape in A's. `V`: twist of B relative to A at P, in P's axes. `memory`: as belts have
+/// carried it to this instant.
 FrictionForce frictionForce(const ContactVolume& contact, const Pose& X_AB, ContactWorkspace& workspace,
                             const NormalPressure& normal, const Twist& V, const FrictionMemory& memory,
                             const PairLaw& law, const Advance& advance) noexcept;

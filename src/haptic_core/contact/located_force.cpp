@@ -26,8 +26,11 @@ Matrix6 PatchTangent::combined(double x, double y) const noexcept {
 }
 
 LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, ContactWorkspace& workspace, const Twist& V,
-                          const FrictionMemory& memory, const PairLaw& law, const Advance& advance) noexcept {
+                          const FrictionMemory& told, const PairLaw& law, const Advance& advance) noexcept {
   LocatedForce out;
+  FrictionMemory memory = told;
+  out.on_belt = advance.belts.any();
+  out.surface_turn = carryMemory(advance.belts, advance.run, X_AB, contact.X_AP, memory);
   const NormalPressure normal = normalPressure(contact, workspace, V, law.pressure, law.material);
   const FrictionForce friction = frictionForce(contact, X_AB, workspace, normal, V, memory, law, advance);
   out.normal_force = normal.force;
@@ -43,7 +46,6 @@ LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, Contac
   out.sticking = !friction.sliding;
   out.tangent = {normal.stiffness, normal.damping, friction.compliant_area, law.material.tangential_stiffness,
                  tangentialDamping(law, layerArea(contact))};
-  out.belt = advance.belt;
   out.layer = friction.layer;
   out.trial = friction.trial;
   out.renewed = friction.renewed;
@@ -56,9 +58,8 @@ LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, Contac
   const Vector3 slip_A = R_AP.leftCols<2>() * friction.slip;
   next.slip_M = out.toM(slip_A);
   next.anchor = memory.anchor;
-  const Vector3 carried = advance.carried() - friction.spread;
-  next.anchor.slip_A += R_AP.leftCols<2>() * carried.head<2>();
-  next.anchor.twist += carried.z();
+  next.anchor.slip_A -= R_AP.leftCols<2>() * friction.spread.head<2>();
+  next.anchor.twist -= friction.spread.z();
   if (friction.renewed) next.anchor = {X_AB, contact.X_AP.p, next.normal_A, slip_A, friction.twist};
   next.rate_M = out.toM(R_AP.leftCols<2>() * V.linear.head<2>());
   next.force_M = out.toM(R_AP.leftCols<2>() * friction.force);

@@ -38,21 +38,22 @@ struct LocatedForce {
   /// Wrench of the spring: k Vol n, and the terms beyond it that make it a gradient.
   Wrench elastic() const { return {gradient_P.torque, gradient_P.force + Vector3(0, 0, elastic_force)}; }
   FrictionLayer layer;        ///< of a solve: the law of friction while only the slip rate changes
-  Vector3 belt = Vector3::Zero();  ///< see Advance
+  bool on_belt = false;       ///< a belt moves one of the surfaces
+  Matrix3 surface_turn = Matrix3::Identity();  ///< of A's surface by its belt since the old memory, in A's axes
   FrictionAnchor trial;       ///< see FrictionForce
   bool renewed = false;       ///< see FrictionForce
   SharedTurn since;           ///< see FrictionForce
   Vector3 yielded = Vector3::Zero();  ///< of a solve: slip that the layer gave up, (x, y, about n) [m, rad]
   /// A vector of the old memory's axes M, in those of the new one.
-  Vector3 inNewAxes(const Vector3& v_M) const { return renewed ? since.toA(v_M) : v_M; }
+  Vector3 inNewAxes(const Vector3& v_M) const { return renewed ? since.toA(surface_turn * v_M) : Vector3(surface_turn * v_M); }
   /// Into the axes M of the new memory.
   Vector3 toM(const Vector3& v_A) const { return renewed ? v_A : since.toM(v_A); }
 };
 
 /// (in realtime) A pure function: nothing is stored. `workspace` holds the V that `contact` was computed from; it is
 /// scratch where the pressure changes sign inside the patch. X_AB: of B's shape in A's. `V_AB_P` is the twist of B
-/// relative to A at P, in P's axes.
+/// relative to A at P, in P's axes. `told`: friction's memory as it was told last.
 LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, ContactWorkspace& workspace, const Twist& V_AB_P,
-                          const FrictionMemory& memory, const PairLaw& law, const Advance& advance) noexcept;
+                          const FrictionMemory& told, const PairLaw& law, const Advance& advance) noexcept;
 
 }  // namespace haptic

@@ -62,7 +62,7 @@ bool staysAtRest(const Model& model, const State& state, const ImplicitStage& st
   const double most = restBound(model, state, stage, h);
   if ((stage.contacts.all().empty() && !stage.forces.any) || stage.has_joints) return false;
   if (stage.speed(stage.v) > most || stage.speed(stage.base.v) > most || !sameContacts(state, stage)) return false;
-  const auto runs = [](const ImplicitContact& c) { return !c.force.belt.isZero(0); };  // under what stands it works on
+  const auto runs = [](const ImplicitContact& c) { return c.force.on_belt; };  // under what stands it works on
   if (std::any_of(stage.contacts.all().begin(), stage.contacts.all().end(), runs)) return false;
   const Island& island = stage.island;
   return std::all_of(island.pairs, island.pairs + island.pair_count,

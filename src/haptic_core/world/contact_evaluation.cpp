@@ -5,18 +5,27 @@
 #include "haptic_core/geometry/volume/contact_integrals.h"
 
 namespace haptic {
+namespace {
+
+Twist twistOf(const BeltRates& belts) noexcept {
+  const Vector3 rate = belts.b - belts.a;
+  return {Vector3(0, 0, rate.z()), Vector3(rate.x(), rate.y(), 0)};
+}
+
+}  // namespace
+
+BeltRates beltRates(const Model& model, int shape_a, int shape_b, const LinkWork* link, const Pose& X_WP) noexcept {
+  if (!model.has_belts) return {};
+  const auto of = [&](int shape) -> Vector3 {
+    const Pose& X_WL = link[model.shapes[shape].link].X_WL;
+    const Twist V_P = model.shapes[shape].belt.V_L.rotated(X_WL.R).shifted(X_WP.p - X_WL.p).rotated(X_WP.R.transpose());
+    return {V_P.linear.x(), V_P.linear.y(), V_P.angular.z()};
+  };
+  return {of(shape_a), of(shape_b)};
+}
 
 Twist beltTwist(const Model& model, int shape_a, int shape_b, const LinkWork* link, const Pose& X_WP) noexcept {
-  Twist V_P;
-  if (!model.has_belts) return V_P;
-  const auto of = [&](int shape) {
-    const Pose& X_WL = link[model.shapes[shape].link].X_WL;
-    return model.shapes[shape].belt.V_L.rotated(X_WL.R).shifted(X_WP.p - X_WL.p);
-  };
-  V_P = (of(shape_b) - of(shape_a)).rotated(X_WP.R.transpose());
-  V_P.angular.head<2>().setZero();
-  V_P.linear.z() = 0;
-  return V_P;
+  return twistOf(beltRates(model, shape_a, shape_b, link, X_WP));
 }
 
 PairLaw lawOf(const Model& model, const ContactPlaces& places, int a, int b) noexcept {
@@ -45,9 +54,8 @@ void placeContact(const Model& model, const ActivePair& pair, const ContactPlace
   out.X_WP = places.X_WS[a] * out.volume.X_AP;
   const LinkWork &link_a = places.link[A.link], &link_b = places.link[B.link];
   out.V_AB_P = (link_b.twistAt(out.X_WP.p) - link_a.twistAt(out.X_WP.p)).rotated(out.X_WP.R.transpose());
-  const Twist belt = beltTwist(model, a, b, places.link, out.X_WP);
-  out.V_AB_P = out.V_AB_P + belt;
-  out.belt << belt.linear.head<2>(), belt.angular.z();
+  out.belts = beltRates(model, a, b, places.link, out.X_WP);
+  out.V_AB_P = out.V_AB_P + twistOf(out.belts);
   out.law = lawOf(model, places, a, b);
   if (pair.buried) out.law = model.recoveryLaw(out.law, a, b, out.volume);
   for (const int link : {A.link, B.link}) {
@@ -72,7 +80,7 @@ bool evaluateContact(const Model& model, Seams& seams, int index, ActivePair& pa
                      ContactEvaluation& out) noexcept {
   if (!locateContact(model, seams, index, pair, places, workspace, out)) return false;
   Advance on = advance;
-  on.belt = out.belt;
+  on.belts = out.belts;
   out.force = locatedForce(out.volume, out.X_AB, workspace, out.V_AB_P, memory, out.law, on);
   return true;
 }

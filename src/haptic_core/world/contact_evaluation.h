@@ -22,7 +22,7 @@ struct ContactEvaluation {
   Pose X_AB;           ///< of B's shape in A's
   Pose X_WP;           ///< patch: origin at V's centroid, over seams in the whole's plane (seams.h), z = n from A to B
   Twist V_AB_P;        ///< of B's surface relative to A's at P, in P's axes: belts run over their shapes
-  Vector3 belt = Vector3::Zero();  ///< of it that of the belts, see Advance
+  BeltRates belts;     ///< of these twists, at P in P's axes
   PairLaw law;         ///< as it holds now, recovery and hands taken into account
   LocatedForce force;  ///< on B at P, in P's axes
 };
@@ -39,7 +39,8 @@ struct ContactPlaces {
 /// (in realtime) The law of a pair of shapes: the model's, firmer where a hand presses a tool with more than the surface can carry.
 PairLaw lawOf(const Model& model, const ContactPlaces& places, int a, int b) noexcept;
 
-/// (in realtime) How belts carry B's surface over its shape less A's, in the plane of the patch, in P's axes.
+/// (in realtime) How belts carry the surfaces over their shapes, see BeltRates; and B's less A's.
+BeltRates beltRates(const Model& model, int shape_a, int shape_b, const LinkWork* link, const Pose& X_WP) noexcept;
 Twist beltTwist(const Model& model, int shape_a, int shape_b, const LinkWork* link, const Pose& X_WP) noexcept;
 
 /// (in realtime) The volume alone, with X_AB. False: the shapes do not overlap; `out` then holds the status alone.

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "../../scenes/actors.h"
+#include "../../scenes/turntable.h"
 #include "haptic_core/base/error.h"
 #include "haptic_core/geometry/shapes/half_space.h"
 
@@ -206,6 +207,30 @@ TEST(Belt, AStuckLoadGoesAsFarAsItsBelt) {
     const double x = world.linkPose(1).p.x(), t = world.time();
     for (int i = 0; i < 3000; ++i) world.step();
     EXPECT_NEAR(world.linkPose(1).p.x() - x, 0.3 * (world.time() - t), 1e-9) << static_cast<int>(attempts);
+  }
+}
+
+/// A block at .8 of friction's limit rides on a circle, the elastic slip of its layer outward and no more, and its angle lags by the
+/// square of the step.
+TEST(Belt, OneThatTurnsCarriesItsLoadInACircle) {
+  const double share = 0.8, slip = turntableSlip(share);
+  for (const Attempts attempts : {Attempts::kImplicitEuler, Attempts::kSdirk2, Attempts::kAll}) {
+    for (const double h : {1e-3, 2e-3}) {
+      WorldDef def = onTurntable(share);
+      def.settings.step = h;
+      def.settings.attempts = attempts;
+      World world(def);
+      double most = 0, fall = 0;
+      while (world.time() < 2 - 0.5 * h) {
+        world.step();
+        most = std::max(most, world.report().energy.friction);
+        fall = std::max(fall, most - world.report().energy.friction);
+      }
+      const Turned end = turnedTo(world, share);
+      EXPECT_NEAR(end.radius - kTurntableRadius, slip, 0.1 * slip) << h << " " << static_cast<int>(attempts);
+      EXPECT_NEAR(end.beyond * kTurntableRadius, 0, 0.1 * slip) << h << " " << static_cast<int>(attempts);
+      EXPECT_LT(fall, 1e-12) << h << " " << static_cast<int>(attempts);
+    }
   }
 }
 
