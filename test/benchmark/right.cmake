@@ -5,6 +5,6 @@ endif()
 target_sources(bench_right PRIVATE ${CMAKE_CURRENT_LIST_DIR}/right_carriers.cpp ${CMAKE_CURRENT_LIST_DIR}/right_balances.cpp
   ${CMAKE_CURRENT_LIST_DIR}/right_belts.cpp ${CMAKE_CURRENT_LIST_DIR}/right_drops.cpp
   ${CMAKE_CURRENT_LIST_DIR}/right_energy.cpp ${CMAKE_CURRENT_LIST_DIR}/right_impacts.cpp
-  ${CMAKE_CURRENT_LIST_DIR}/right_power.cpp ${CMAKE_CURRENT_LIST_DIR}/right_rings.cpp
+  ${CMAKE_CURRENT_LIST_DIR}/right_order.cpp ${CMAKE_CURRENT_LIST_DIR}/right_power.cpp ${CMAKE_CURRENT_LIST_DIR}/right_rings.cpp
   ${CMAKE_CURRENT_LIST_DIR}/right_rolling.cpp)
 target_link_libraries(bench_right penalty_sim_scene)

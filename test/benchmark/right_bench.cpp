@@ -1,7 +1,7 @@
 /// `./run bench right`: contact against statics, kinematics and conservation laws, with every integrator.
 ///
 /// An argument runs only the groups whose name contains it: corner, seam, overlay, carrier, balance, energy, power, impact, rolling, ring,
-/// drop, belt.
+/// drop, order, belt.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -180,7 +180,8 @@ int main(int argc, char** argv) {
     void (*run)();
   } groups[] = {{"overlay", runOverlay}, {"carrier", runCarriers}, {"balance", runBalances}, {"seam", runSeams},
                 {"impact", runImpacts},  {"energy", runEnergy},    {"corner", runCorners},   {"rolling", runRolling},
-                {"power", runPower},     {"ring", runRings},       {"drop", runDrops},     {"belt", runBelts}};
+                {"power", runPower},     {"ring", runRings},       {"drop", runDrops},     {"order", runOrder},
+                {"belt", runBelts}};
   for (const auto& group : groups) {
     if (argc > 1 && !std::strstr(group.name, argv[1])) continue;
     std::fprintf(stderr, "%s\n", group.name);

@@ -16,6 +16,7 @@ void runBalances();   ///< wrench.*, momentum.*
 void runDrops();      ///< contact.*
 void runEnergy();     ///< energy.*
 void runImpacts();    ///< impact.*, runaway.*
+void runOrder();      ///< order.*
 void runPower();      ///< power.*
 void runRings();      ///< ring.*
 void runRolling();    ///< roll.*

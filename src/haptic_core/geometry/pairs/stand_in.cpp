@@ -5,15 +5,20 @@ namespace haptic {
 void standInContact(const ShapePair& pair, const ContactRequest& request, PairCache& cache, ContactWorkspace& workspace,
                     ContactVolume& out) noexcept {
   const ConvexShape &A = pair.A(), &B = pair.B();
-  const bool a = A.kind() != B.kind() ? A.kind() > B.kind() : A.tessellationError() < B.tessellationError();
+  const bool alike = A.kind() == B.kind();
+  const bool a = alike ? A.tessellationError() <= B.tessellationError() : A.kind() > B.kind(),
+             b = alike ? B.tessellationError() <= A.tessellationError() : !a;
   ContactRequest rest = request;
-  (a ? rest.inner.a : rest.inner.b) = nullptr;  // covers are of faces that the shape has itself
-  contactVolume(a ? *A.tessellation() : A, a ? B : *B.tessellation(), pair.X_AB, cache, workspace, out, rest);
+  if (a) rest.inner.a = nullptr;  // covers are of faces that the shape has itself
+  if (b) rest.inner.b = nullptr;
+  contactVolume(a ? *A.tessellation() : A, b ? *B.tessellation() : B, pair.X_AB, cache, workspace, out, rest);
 }
 
 void standInRoom(const ConvexShape& first, const ConvexShape& second, ContactWorkspace& workspace) {
   workspace.reserve(first, *second.tessellation());
-  if (first.kind() == second.kind()) workspace.reserve(*first.tessellation(), second);
+  if (first.kind() != second.kind()) return;
+  workspace.reserve(*first.tessellation(), second);
+  workspace.reserve(*first.tessellation(), *second.tessellation());
 }
 
 }  // namespace haptic

@@ -19,9 +19,11 @@ constexpr double kFound = 0.5;
 /// Faces that take less than this share off ∫ d² are integrated by 4 points on each line and ray, not 8: as of walls of ground that leans.
 /// Of such a share that leaves 1e-3 at most: ∫ d² is 1e-6 off over edges, as round_patch.h states.
 constexpr double kSmallShare = 1e-2;
-/// Heights in which two rods' sections give points of the outline, in a piece that is not too short for more than its ends.
+/// Heights in which two rods' sections give points of the outline, in a piece that is not too short for more than its ends. Sections at
+/// the ends lie within by kInset: whether rods that only touch there have one would be rounding.
 constexpr int kSections = 6;
-constexpr double kShortPiece = 1e-3;  ///< share of all heights
+constexpr double kInset = 1e-3;       ///< before heights are spread to the ends; of the piece 3e-6
+constexpr double kShortPiece = 1e-3;  ///< share of all heights at which the rods meet
 /// Lines that make up the outline of two rods' patch.
 constexpr int kDirections = 32;
 /// An outline is no more than this beyond the hull of points on it, a twelfth of a turn apart: 1/cos 15°.
@@ -36,9 +38,24 @@ double setEllipse(RoundVolume& v, const Vector2& middle, const Matrix2& C) {
   const Vector2 along(cosine, sine), across(-along.y(), along.x());
   v.curves.clear();
   v.shares.clear();
-  v.curves.push_back({true, 0, 2 * M_PI, middle, a * along, v.sign * b * across, Vector2::Zero()});
-  v.shares.push_back({0, 1, middle, -1});
+  // In halves, which are integrated in halves again: at any end of an axis, and either way about, the same samples.
+  for (const double from : {0.0, M_PI}) v.curves.push_back({true, from, M_PI, middle, a * along, v.sign * b * across, Vector2::Zero()});
+  v.shares.push_back({0, 2, middle, -1});
   return M_PI * a * b;
+}
+
+/// A point inside curves that bound a convex area: a mean over them by length. Rounding makes edges without length at corners of a
+/// polyhedron, and they must not count.
+Vector2 insideOf(const RoundVolume::Curve* curves, int count) {
+  Vector2 sum = Vector2::Zero(), rate;
+  double all = 0;
+  for (int i = 0; i < count; ++i) {
+    const Vector2 ends = curves[i].at(0, rate) + curves[i].at(1, rate), middle = curves[i].at(0.5, rate);
+    const double length = rate.norm();
+    sum += length / 6 * (ends + 4 * middle);
+    all += length;
+  }
+  return all > 0 ? Vector2(sum / all) : sum;
 }
 
 double heightOf(const RoundVolume::FacePart& part) { return part.offset; }
@@ -58,7 +75,7 @@ void RoundVolume::reserve(int faces, int half_edges) {
 }
 
 void RoundVolume::reserveRods() {
-  constexpr int kMostSections = 12 * kSections;  // no pair was seen to have as many long pieces
+  constexpr int kMostSections = 12 * (kSections + 1);  // no pair was seen to have as many long pieces
   outline.reserve(kMostSections * RodSection::kUsualPoints);
   hull.reserve(outline.capacity() + 1);
   curves.reserve(kDirections);
@@ -130,7 +147,6 @@ void RoundPatch::findOutline(const Pose& X_PQ) noexcept {
   const RodBreaks& breaks = v_.second.breaks;
   LoadedVector<Vector2>&points = v_.outline, &hull = v_.hull;
   points.clear();
-  const double range = breaks.over[breaks.count - 1] - breaks.over[0];
   RodSection section(pair);
   const auto addSection = [&](double over) {
     const RodHeight x = pair.heightAt(over);
@@ -140,11 +156,17 @@ void RoundPatch::findOutline(const Pose& X_PQ) noexcept {
       points.push_back((X_PQ * Vector3(p.x(), p.y(), pair.z(x))).head<2>());
     }
   };
+  bool meet[RodBreaks::kMost + 1];
+  double range = 0;
+  for (int i = 0; i + 1 < breaks.count; ++i) {
+    meet[i] = section.find(pair.heightAt(0.5 * (breaks.over[i] + breaks.over[i + 1])));
+    if (meet[i]) range += breaks.over[i + 1] - breaks.over[i];
+  }
   for (int i = 0; i + 1 < breaks.count; ++i) {
     const double from = breaks.over[i], length = breaks.over[i + 1] - from;
     const int parts = length > kShortPiece * range ? kSections : 1;
-    for (int k = i > 0; k <= parts; ++k) {
-      const double s = static_cast<double>(k) / parts;
+    for (int k = 0; k <= parts && meet[i]; ++k) {
+      const double s = std::clamp(static_cast<double>(k) / parts, kInset, 1 - kInset);
       addSection(from + length * s * s * (3 - 2 * s));  // near both ends of the range half widths go like roots
     }
   }
@@ -166,12 +188,22 @@ void RoundPatch::findOutline(const Pose& X_PQ) noexcept {
   v_.second.reach = 0;
   for (const Vector2& p : hull) v_.second.reach = std::max(v_.second.reach, kBeyondHull * p.norm());
   v_.second.outlined = true;
-  sampleHull();
+  sampleHull(evenStart(X_PQ.R.col(2).head<2>()));
+}
+
+/// Two rods' directions across n: unit, up to quarter turns the same whichever of the two is A and whichever end of a rod is first. With
+/// angles α and β of the axes and γ of the line across both, seen along n, it is (α + β)/2, and γ where an axis points along n.
+Vector2 RoundPatch::evenStart(const Vector2& across_both) const noexcept {
+  const auto squared = [](const Vector2& c) { return Vector2(c.x() * c.x() - c.y() * c.y(), 2 * c.x() * c.y()); };  // as complex numbers
+  const Vector2 a = squared(rod_.axis.head<2>()), b = squared(second_.axis.head<2>()), c = squared(squared(across_both));
+  const double angle = elementary::atan2(a.x() * b.y() + a.y() * b.x() + c.y(), a.x() * b.x() - a.y() * b.y() + c.x()) / 4;
+  const auto [sine, cosine] = elementary::sinCos(angle);
+  return {cosine, sine};
 }
 
 /// Points of the hull in directions that are even where its second moments are those of a disc: which points of sections are its
-/// corners is rounding on straight lines and must not matter.
-void RoundPatch::sampleHull() noexcept {
+/// corners is rounding on straight lines and must not matter. `even`: the first direction there.
+void RoundPatch::sampleHull(Vector2 even) noexcept {
   LoadedVector<Vector2>&outline = v_.outline, &hull = v_.hull;
   outline.clear();
   double area = 0, xx = 0, xy = 0, yy = 0;
@@ -188,16 +220,15 @@ void RoundPatch::sampleHull() noexcept {
   if (!(area > 0)) return hull.clear();
   const Vector2 mean = first / area, middle = hull[0] + mean;
   xx = xx / area - mean.x() * mean.x(), xy = xy / area - mean.x() * mean.y(), yy = yy / area - mean.y() * mean.y();
-  if (!(xx > 0)) return hull.clear();
-  // The lower triangle of the moments' Cholesky factor turns even directions into these.
-  const double a = std::sqrt(xx), b = xy / a, c = std::sqrt(std::max(0.0, yy - b * b));
+  if (!(xx + yy > 0)) return hull.clear();
+  // The moments' symmetric root, but for a factor, turns even directions into these.
+  const double root = std::sqrt(std::max(0.0, xx * yy - xy * xy));
   const elementary::SineCosine step = elementary::sinCos(2 * M_PI / kDirections);
   const auto ahead = [&](const Vector2& d, int i) { return d.x() * (hull[i].y() - middle.y()) - d.y() * (hull[i].x() - middle.x()); };
-  Vector2 even(1, 0);
   const int edges = hull.size() - 1;
   int edge = 0;
   for (int k = 0; k < kDirections; ++k) {
-    const Vector2 d(a * even.x(), b * even.x() + c * even.y());
+    const Vector2 d((xx + root) * even.x() + xy * even.y(), xy * even.x() + (yy + root) * even.y());
     for (int tries = 0; tries < edges && !(ahead(d, edge) <= 0 && ahead(d, edge + 1) > 0); ++tries) edge = edge + 1 < edges ? edge + 1 : 0;
     const double behind = ahead(d, edge), before = ahead(d, edge + 1), share = before > behind ? -behind / (before - behind) : 0;
     outline.push_back(hull[edge] + std::clamp(share, 0.0, 1.0) * (hull[edge + 1] - hull[edge]));
@@ -241,11 +272,9 @@ void RoundPatch::addShare(const RoundVolume::FacePart& part, const Matrix3& R, c
   const auto flat = [&](const Vector3& x) -> Vector2 { return (R * x).head<2>(); };
   for (int i = part.first; i < part.first + part.count; ++i) {
     const RoundVolume::Rim& rim = v_.rims[i];
-    const RoundVolume::Curve curve{rim.arc, rim.from, rim.sweep, flat(rim.middle) + p.head<2>(), flat(rim.x), flat(rim.y), flat(rim.rise)};
-    Vector2 rate;
-    share.inside += curve.at(0.5, rate) / part.count;
-    v_.curves.push_back(curve);
+    v_.curves.push_back({rim.arc, rim.from, rim.sweep, flat(rim.middle) + p.head<2>(), flat(rim.x), flat(rim.y), flat(rim.rise)});
   }
+  share.inside = insideOf(v_.curves.begin() + share.first, v_.curves.size() - share.first);
   v_.shares.push_back(share);
 }
 
@@ -254,17 +283,16 @@ void RoundPatch::addShare(const CutFace& face, const Matrix3& R, const Vector3& 
                 y = (R * face.y).head<2>();
   const double shadow = M_PI * face.radius * face.radius * std::abs(x.x() * y.y() - x.y() * y.x());  // of all of the circle
   RoundVolume::Share share{v_.curves.size(), face.count, middle, plane, shadow};
-  if (!face.whole) share.inside.setZero();
   for (int i = 0; i < face.count; ++i) {
     const CutCurve& c = v_.cut.curves()[face.first + i];
     const Vector2 from = middle + c.p.x() * x + c.p.y() * y, to = middle + c.q.x() * x + c.q.y() * y;
-    if (!face.whole) share.inside += from / face.count;
     if (c.arc) {
       v_.curves.push_back({true, c.from, c.sweep, middle, face.radius * x, face.radius * y, Vector2::Zero()});
     } else {
       v_.curves.push_back({false, 0, 1, from, to - from, Vector2::Zero(), Vector2::Zero()});
     }
   }
+  if (!face.whole) share.inside = insideOf(v_.curves.begin() + share.first, v_.curves.size() - share.first);
   v_.shares.push_back(share);
 }
 

@@ -162,7 +162,8 @@ class RoundPatch {
   void eachSampleOf(const RoundVolume::Share& share, Visit&& visit, bool coarse = false) const noexcept;
   void addOval(const Pose& X_PQ) noexcept;
   void findOutline(const Pose& X_PQ) noexcept;
-  void sampleHull() noexcept;
+  Vector2 evenStart(const Vector2& across_both) const noexcept;
+  void sampleHull(Vector2 even) noexcept;
   void addOutline() noexcept;
   double heightOver(const Vector2& r, int plane) const noexcept;
   bool resolves(double found) const noexcept;
