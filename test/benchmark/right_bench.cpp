@@ -1,7 +1,7 @@
 /// `./run bench right`: contact against statics, kinematics and conservation laws, with every integrator.
 ///
 /// An argument runs only the groups whose name contains it: corner, seam, overlay, carrier, balance, energy, power, impact, rolling, ring,
-/// drop, order, belt.
+/// drop, order, belt, ground.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -181,7 +181,7 @@ int main(int argc, char** argv) {
   } groups[] = {{"overlay", runOverlay}, {"carrier", runCarriers}, {"balance", runBalances}, {"seam", runSeams},
                 {"impact", runImpacts},  {"energy", runEnergy},    {"corner", runCorners},   {"rolling", runRolling},
                 {"power", runPower},     {"ring", runRings},       {"drop", runDrops},     {"order", runOrder},
-                {"belt", runBelts}};
+                {"belt", runBelts},      {"ground", runGround}};
   for (const auto& group : groups) {
     if (argc > 1 && !std::strstr(group.name, argv[1])) continue;
     std::fprintf(stderr, "%s\n", group.name);

@@ -15,6 +15,7 @@ void runCarriers();   ///< carrier.*
 void runBalances();   ///< wrench.*, momentum.*
 void runDrops();      ///< contact.*
 void runEnergy();     ///< energy.*
+void runGround();     ///< ground.*
 void runImpacts();    ///< impact.*, runaway.*
 void runOrder();      ///< order.*
 void runPower();      ///< power.*

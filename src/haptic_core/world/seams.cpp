@@ -1,6 +1,7 @@
 #include "haptic_core/world/seams.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "haptic_core/geometry/volume/contact_moments.h"
 
@@ -90,8 +91,15 @@ void Seams::find(ActivePair* pairs, const int* which, int count, const Pose* X_W
     if (!on_seam) continue;
     const bool swapped = bodyOf(a) > bodyOf(b);
     const double sign = swapped ? -1 : 1;
-    parts_.push_back({i, swapped ? b : a, swapped ? a : b, parts_.size(), sign, sign * (X_WS[a].R * volume.area_vector_A),
-                      volume.volume * (X_WS[a] * volume.X_AP.p), volume.volume, swapped ? of_b : of_a, swapped ? of_a : of_b});
+    const Matrix3 R = sign * X_WS[a].R;
+    Part part{i, a, b, parts_.size(), sign, R * (volume.area_vector_A - volume.covered_a.vector),
+              R * (volume.area_vector_A + volume.covered_b.vector), volume.covered_a.area, volume.covered_b.area,
+              volume.volume * (X_WS[a] * volume.X_AP.p), volume.volume, of_a, of_b};
+    if (swapped) {
+      std::swap(part.shape_a, part.shape_b), std::swap(part.own_a_W, part.own_b_W);
+      std::swap(part.covered_a, part.covered_b), std::swap(part.surfaces_a, part.surfaces_b);
+    }
+    parts_.push_back(part);
   }
   // Clusters by merging: few parts, found in the order of the pairs.
   for (int i = 0; i < parts_.size(); ++i)
@@ -102,19 +110,22 @@ void Seams::find(ActivePair* pairs, const int* which, int count, const Pose* X_W
         if (parts_[k].cluster == from) parts_[k].cluster = to;
     }
   for (const Part& part : parts_) {
-    Vector3 sum = Vector3::Zero(), moment = Vector3::Zero();
-    double scale = 0, volume = 0;
+    Vector3 of_a = Vector3::Zero(), of_b = Vector3::Zero(), moment = Vector3::Zero();
+    double scale = 0, volume = 0, covered_a = 0, covered_b = 0;
     int joined = 0;
     for (const Part& other : parts_) {
       if (other.cluster != part.cluster) continue;
       ++joined;
-      sum += other.S_W;
-      scale += other.S_W.norm();
+      of_a += other.own_a_W, of_b += other.own_b_W;
+      covered_a += other.covered_a, covered_b += other.covered_b;
+      scale += other.own_a_W.norm() + other.own_b_W.norm();
       moment += other.moment_W;
       volume += other.volume;
     }
-    const double size = sum.norm();
     if (joined == 1) continue;  // it has a surface of its own
+    const double share_a = covered_a + covered_b > 0 ? covered_a / (covered_a + covered_b) : 0.5;
+    const Vector3 sum = share_a * of_a + (1 - share_a) * of_b;
+    const double size = sum.norm();
     // Parts that face one another (a bar through a plate of pieces) have no common direction.
     if (!(size > 1e-6 * scale)) continue;
     found_[part.pair] = 1;

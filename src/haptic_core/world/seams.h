@@ -15,9 +15,12 @@ namespace haptic {
 ///
 ///   convex, concave   an edge of the body, or an inner corner (a wall on a floor): each part has the normal of its own
 ///                     surface, without the internal face (contact_volume.h, InnerSides).
-///   flush             no edge at all (two floor tiles): the parts are one contact. In the sum over them internal faces
-///                     cancel, Σ S_A is the area vector of the whole, and all get the normal of their sum; else a body
-///                     sliding over the seam would be braked by an edge that is not there. All have P in the plane through the
+///   flush             no edge at all (two floor tiles): the parts are one contact. The sum of a body's own surfaces over the
+///                     parts is the area vector of the whole, and all get the normal of the sum; else a body sliding over
+///                     the seam would be braked by an edge that is not there. Internal faces are left out of each part, for
+///                     one of them may belong to a part with a bend, however small, which is none of the sum. Where pieces
+///                     of both bodies meet, both have such a sum, and that of the body with more internal faces counts more.
+///                     All have P in the plane through the
 ///                     centroid of the whole: there is one friction, not one per part at a depth of its own, whose difference
 ///                     would turn what rolls over the seam.
 ///
@@ -57,7 +60,9 @@ class Seams {
   struct Part {
     int pair, shape_a, shape_b, cluster;
     double sign;  ///< -1: the pair has them the other way round
-    Vector3 S_W, moment_W;        ///< S_A; and V times its centroid [m⁴]
+    Vector3 own_a_W, own_b_W;     ///< area vectors of a's own surface on V and, against it, of b's: S_A without internal faces [m²]
+    double covered_a, covered_b;  ///< area of those [m²]
+    Vector3 moment_W;             ///< V times its centroid [m⁴]
     double volume;                ///< V [m³]
     std::uint64_t surfaces_a, surfaces_b;  ///< bit n: flat surface n (modulo 64) of that side bounds it
   };

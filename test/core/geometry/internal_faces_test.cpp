@@ -33,10 +33,21 @@ TEST(InternalFaces, AreThoseOnWhichANeighbourLies) {
     EXPECT_EQ(internalOf(found.inner[1]), Faces({0, 2}));
     EXPECT_EQ(internalOf(found.inner[2]), Faces({0, 3}));
     EXPECT_EQ(found.neighbours, Pairs({{0, 1}, {0, 2}, {1, 2}}));
-    // A gap is a gap; rounding is none; an edge on an edge shares no area; nor does a face that looks the
-    // same way.
-    EXPECT_EQ(internalFaces({at(big, {0, 0, 0}), at(big, {0.2 + 1e-5, 0, 0})}).neighbours, Pairs());
-    EXPECT_EQ(internalFaces({at(big, {0, 0, 0}), at(big, {0.2 + 1e-12, 0, 0})}).neighbours, Pairs({{0, 1}}));
+    // A wide gap is a gap; rounding is none; between them it is kept for contacts to judge. An edge on an edge shares no area; nor does
+    // a face that looks the same way.
+    EXPECT_EQ(internalFaces({at(big, {0, 0, 0}), at(big, {0.2 + 2e-3, 0, 0})}).neighbours, Pairs());
+    for (const double gap : {1e-5, -1e-5}) {
+      found = internalFaces({at(big, {0, 0, 0}), at(big, {0.2 + gap, 0, 0})});
+      ASSERT_EQ(found.neighbours, Pairs({{0, 1}}));
+      const InnerFaces::Cover& cover = found.inner[0].covers[0];
+      EXPECT_NEAR(cover.gap, 1e-5, 1e-15);
+      EXPECT_EQ(cover.share(2e-4), 1);
+      EXPECT_NEAR(cover.share(1e-4 / 1.5), 0.5, 1e-9);
+      EXPECT_EQ(cover.share(1e-5), 0);
+    }
+    found = internalFaces({at(big, {0, 0, 0}), at(big, {0.2 + 1e-12, 0, 0})});
+    EXPECT_EQ(found.neighbours, Pairs({{0, 1}}));
+    EXPECT_EQ(found.inner[0].covers[0].gap, 0);
     EXPECT_EQ(internalFaces({at(big, {0, 0, 0}), at(big, {0.2, 0.2, 0})}).neighbours, Pairs());
     EXPECT_EQ(internalFaces({at(big, {0, 0, 0}), at(half, {0, 0.05, 0})}).neighbours, Pairs());
   }

@@ -7,6 +7,7 @@
 
 #include "../../comparators/velocity_verlet.h"
 #include "../../scenes/ground.h"
+#include "../../scenes/offsets.h"
 #include "haptic_core/geometry/shapes/ball.h"
 #include "haptic_core/geometry/shapes/rod.h"
 #include "haptic_core/world/model.h"
@@ -38,6 +39,41 @@ TEST(Terrain, InnerEdgesOfAPlaneAreNotFelt) {
     for (const LedBody& body : ledBodies()) {
       EXPECT_LT(edgeJump(ground, halfSpace(), body, way, 500), 1e-9) << body.shape->name();
       EXPECT_LT(edgeJump(ground, halfSpace(), body, way, 500, tilted), 1e-9) << body.shape->name();
+    }
+  }
+}
+
+/// A level field of triangles whose corners are off by up to `amplitude`, as those of a file in single precision are.
+GroundShapes noisyField(double amplitude) {
+  Offsets offsets;
+  return groundOf(heightGrid(10, 1.5, [&](double, double) { return amplitude * offsets.next(); }));
+}
+
+/// However small the noise is, it never decides whether a body is carried: the wrench is that of the plane, but for the noise's own depth
+/// and slope.
+TEST(Terrain, NoiseOfAFileIsNotFelt) {
+  const LedMotion way{Vector3(-0.1, -0.04, 0), Vector3(0.3, 0.12, 0), 0.4};
+  for (const LedBody& body : ledBodies()) {
+    const double depth = body.shape->ball() ? 1e-3 : 1e-4;
+    for (const double amplitude : {1e-9, 1e-8, 3e-8, 5e-8, 1e-7, 3e-7, 1e-6}) {
+      const double jump = edgeJump({staticPieces("field", noisyField(amplitude))}, halfSpace(), body, way, 500);
+      EXPECT_LT(jump, 1e-9 + 4 * amplitude / depth) << body.shape->name() << " " << amplitude;
+    }
+  }
+}
+
+/// Tiles with gaps, or laps, that are small beside the depth are one floor.
+TEST(Terrain, GapsSmallBesideTheDepthAreNotFelt) {
+  const LedMotion way{Vector3(-0.1, -0.04, 0), Vector3(0.3, 0.12, 0), 0.4};
+  for (const LedBody& body : ledBodies()) {
+    for (const double gap : {-1e-5, -2e-6, -1e-9, 1e-9, 2e-6, 1e-5}) {
+      std::vector<ArticulationDef> floor;
+      for (int i = 0; i < 100; ++i) {
+        const Vector3 middle(0.15 * (i % 10 - 4.5), 0.15 * (i / 10 - 4.5), -0.1);
+        floor.push_back(staticBox("tile" + std::to_string(i), Vector3(0.15 - gap, 0.15 - gap, 0.2), Pose(middle)));
+      }
+      // Each of up to two gaps across the body takes the share gap/width of the load, on either side.
+      EXPECT_LT(edgeJump(floor, halfSpace(), body, way, 500), 1e-9 + 8 * std::abs(gap) / 0.02) << body.shape->name() << " " << gap;
     }
   }
 }

@@ -145,6 +145,7 @@ void BallContact::onFaces(const NearestPoint& nearest, const Vector3& c, const I
   else if (nearest.distance == 0)
     sums = SolidMoments::ofBall(v_.radius);
   const Vector3 way_out_A = -v_.sign * (v_.X_AQ.R * nearest.direction);
+  deep_ = v_.radius - nearest.distance;
   const Vector3 covered = coveredArea(v_.cut.faces(), covers, [&](const CutFace& face, const std::vector<Vector3>& outline) {
     return v_.cut.areaWithin(face, outline, c);
   });

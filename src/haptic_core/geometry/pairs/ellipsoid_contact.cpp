@@ -99,6 +99,7 @@ void EllipsoidContact::onOnePlane(const Plane& plane, double depth, const Vector
   const double size = v_.stretch.cwiseProduct(plane.normal).norm();
   v_.parts.push_back({plane.normal, face.index, plane.offset, stretched(v_.cut.moments(face, o_y), 1 / size), 0, 0});
   if (!(given_.squaredNorm() > 0)) given_ = n;
+  deep_ = depth;
   if (!setMoments(stretched(cap(face, depth / size)), v_.stretch.cwiseProduct(o_y), covered(covers), n)) return;
   out_.depth = n == given_ ? depth : std::min(extent(v_.X_AQ.R.transpose() * out_.normal()), depth);
   keep();

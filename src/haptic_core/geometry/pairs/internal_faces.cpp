@@ -18,9 +18,11 @@ struct Placed {
   std::vector<double> offsets;
   ConvexPolyhedron::Box box;
   double size;
+  double seam;  ///< widest gap to a neighbour [m]
 
   explicit Placed(const PlacedPiece& piece)
-      : box(piece.shape->aabb(piece.X_BS)), size(piece.shape->boundingRadius()) {
+      : box(piece.shape->aabb(piece.X_BS)), size(piece.shape->boundingRadius()),
+        seam(std::max(kJoint * size, kSeam * std::min(size, piece.shape->leastWidth()))) {
     const ConvexPolyhedron* hull = piece.shape->polyhedron();
     if (!hull) return;
     for (const auto& face : hull->faces()) {
@@ -38,10 +40,10 @@ ConvexPolyhedron::Box widened(const ConvexPolyhedron::Box& box, double by) {
   return {box.lower.array() - by, box.upper.array() + by};
 }
 
-/// For each piece those after it whose boxes come within kJoint of the larger one's size, ascending.
+/// For each piece those after it whose boxes come as near as seams are wide, ascending.
 std::vector<std::vector<int>> touching(const std::vector<Placed>& placed) {
   std::vector<ConvexPolyhedron::Box> boxes;
-  for (const Placed& piece : placed) boxes.push_back(widened(piece.box, kJoint * piece.size));
+  for (const Placed& piece : placed) boxes.push_back(widened(piece.box, std::isfinite(piece.seam) ? piece.seam : 0));
   const BoxTree tree(boxes);
   std::vector<std::vector<int>> near(placed.size());
   for (std::size_t i = 0; i < placed.size(); ++i) {
@@ -88,27 +90,32 @@ Polygon withoutDoubles(const Polygon& polygon, double gap) {
 }
 
 /// A part of a piece's face that a neighbour covers; `polygon` lies in the body's frame.
-void addCover(const PlacedPiece& piece, std::size_t faces, std::size_t face, Polygon polygon, InnerFaces& inner) {
+void addCover(const PlacedPiece& piece, std::size_t faces, std::size_t face, Polygon polygon, double gap, InnerFaces& inner) {
   inner.bits.resize((faces + 63) / 64, 0);
   inner.bits[face >> 6] |= std::uint64_t{1} << (face & 63);
   for (Vector3& p : polygon) p = piece.X_BS.R.transpose() * (p - piece.X_BS.p);
-  inner.covers.push_back({static_cast<int>(face), std::move(polygon)});
+  inner.covers.push_back({static_cast<int>(face), std::move(polygon), gap});
 }
 
-/// Covers of two pieces by one another; true when there are any.
-bool coverShared(const Placed& a, const Placed& b, double gap, const PlacedPiece& piece_a, const PlacedPiece& piece_b,
+/// Covers of two pieces by one another; true when there are any. `none`: a gap that is rounding.
+bool coverShared(const Placed& a, const Placed& b, double none, const PlacedPiece& piece_a, const PlacedPiece& piece_b,
                  InnerFaces& inner_a, InnerFaces& inner_b) {
   bool any = false;
   for (std::size_t f = 0; f < a.loops.size(); ++f)
     for (std::size_t g = 0; g < b.loops.size(); ++g) {
-      if ((a.normals[f] + b.normals[g]).norm() > kJoint || std::abs(a.offsets[f] + b.offsets[g]) > gap)
-        continue;
+      const double tilt = (a.normals[f] + b.normals[g]).norm(), most = std::max(none, std::min(a.seam, b.seam));
+      const auto over = [&](const Vector3& p) { return std::abs(b.normals[g].dot(p) - b.offsets[g]); };  // of a point of face f
+      if (tilt > kSeam || over(a.loops[f][0]) > most + 2 * tilt * a.size) continue;
       const double smaller = std::min(areaOf(a.loops[f], a.normals[f]), areaOf(b.loops[g], b.normals[g]));
-      Polygon shared = withoutDoubles(within(a.loops[f], b.loops[g], b.normals[g]), gap);
+      Polygon shared = withoutDoubles(within(a.loops[f], b.loops[g], b.normals[g]), none);
       if (areaOf(shared, a.normals[f]) <= kShared * smaller) continue;
-      addCover(piece_a, a.loops.size(), f, shared, inner_a);
+      double gap = 0;
+      for (const Vector3& p : shared) gap = std::max(gap, over(p));
+      if (gap > most) continue;
+      const double felt = gap > none ? gap : 0;
+      addCover(piece_a, a.loops.size(), f, shared, felt, inner_a);
       std::reverse(shared.begin(), shared.end());
-      addCover(piece_b, b.loops.size(), g, shared, inner_b);
+      addCover(piece_b, b.loops.size(), g, shared, felt, inner_b);
       any = true;
     }
   return any;

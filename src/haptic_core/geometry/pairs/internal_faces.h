@@ -25,13 +25,14 @@ struct InternalFaces {
   std::vector<std::pair<int, int>> neighbours;  ///< pieces that share area, first < second, ascending
 };
 
-/// Faces of different pieces that lie against one another, within kJoint of the pieces' size, on more than
-/// kShared of the smaller face's area. Cost O(n log n) pieces, and all face pairs of those
-/// that touch; at load.
+/// Faces of different pieces that face one another, across a gap or a lap of at most kSeam of the thinner piece's width, on more than
+/// kShared of the smaller face's area. Whether a contact takes them for one depends on its depth (InnerFaces::Cover). Cost O(n log n)
+/// pieces, and all face pairs of those that touch; at load.
 InternalFaces internalFaces(const std::vector<PlacedPiece>& pieces);
 
-/// Gap or overlap that still counts as lying against, or in one plane, relative to the larger piece; and the tilt [rad].
+/// Gap or lap that counts as none, or as one plane, relative to the larger piece; and the tilt of one plane [rad].
 constexpr double kJoint = 1e-6;
+constexpr double kSeam = 0.01;    ///< widest gap or lap, over the width of the thinner piece; and the tilt of two walls [rad]
 constexpr double kShared = 1e-6;  ///< share of the smaller face's area from which two faces count as touching
 
 }  // namespace haptic

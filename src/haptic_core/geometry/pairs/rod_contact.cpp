@@ -103,6 +103,7 @@ bool RodContact::measure(int planes, const InnerFaces* covers) {
     setCube(way_out_A, v_.X_AQ * Vector3(lowest + 0.5 * way_ * way_out_Q_), way_);
     return true;
   }
+  deep_ = way_;
   if (!onOnePlane(covers) || !addTubeOnPlane()) addTube(covers);
   if (rod_->isCapsule()) {
     addHalfBall(-1, covers);

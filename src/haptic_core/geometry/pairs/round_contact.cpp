@@ -43,6 +43,7 @@ RoundContact::RoundContact(const ContactRequest& request, PairCache& cache, Cont
   v_.sampled = NAN;
   out.status = Status::kSeparated;
   out.flags = 0;
+  out.covered_a = out.covered_b = {};
 }
 
 Vector3 RoundContact::lastOr(const Vector3& otherwise) const {
@@ -104,6 +105,8 @@ bool RoundContact::setMoments(const SolidMoments& sums, const Vector3& o, const 
   out_.area_vector_A = v_.sign * (v_.X_AQ.R * area_Q);
   // Where nothing of the faces is surface, the whole of them stands in.
   const bool seen = seen_Q.norm() > kVanishing * scale;
+  CoveredArea& covered = v_.sign > 0 ? out_.covered_a : out_.covered_b;
+  covered = {v_.X_AQ.R * covered_Q, covered_Q.norm(), (out_.flags & ContactVolume::kOnSeam) != 0};
   const Vector3 n = normalOf(seen ? Vector3(v_.sign * (v_.X_AQ.R * seen_Q)) : out_.area_vector_A, scale, way_out_A);
   const Vector3 centroid = sums.first / sums.volume;  // from o
   const Matrix3 R_AP = patchAxes(n);

@@ -1,5 +1,7 @@
 /// The contact volume of pairs with a round shape: what balls (ball_contact.h), ellipsoids and rods (rod_contact.h) have in common.
 #pragma once
+#include <cmath>
+
 #include "haptic_core/geometry/search/nearest_point.h"
 #include "haptic_core/geometry/volume/contact_volume.h"
 #include "haptic_core/geometry/volume/contact_workspace.h"
@@ -45,7 +47,7 @@ class RoundContact {
       for (const InnerFaces::Cover& cover : covers->covers) {
         const double area = cover.face == face.index ? areaWithin(face, cover.outline) : 0;
         if (!(area > 0)) continue;
-        sum += area * face.normal;
+        sum += area * cover.share(deep_) * face.normal;
         out_.flags |= ContactVolume::kOnSeam;
       }
     }
@@ -58,6 +60,7 @@ class RoundContact {
   void keep();
 
   const ContactRequest& request_;
+  double deep_ = INFINITY;  ///< about the depth, where gaps between pieces are judged [m]
   Vector3 given_;  ///< n in A, prescribed or remembered; zero: the area vector's direction
   PairCache& cache_;
   ContactWorkspace& w_;

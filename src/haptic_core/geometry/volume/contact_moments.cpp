@@ -265,11 +265,11 @@ bool integrateContact(ContactWorkspace& w, const ConvexPolyhedron* A, const Conv
   double scale = 0;
   out.turns_with_b = -1;
   out.area_vector_A = integrator.seamAreaVector(scale);
-  const CoveredArea covered_a = coveredArea(w, Owner::kA, request.inner.a, Pose()),
-                    covered_b = coveredArea(w, Owner::kB, request.inner.b, X_AB);
+  const CoveredArea covered_a = out.covered_a = coveredArea(w, Owner::kA, request.inner.a, Pose()),
+                    covered_b = out.covered_b = coveredArea(w, Owner::kB, request.inner.b, X_AB);
   Vector3 surface = out.area_vector_A;
+  if (covered_a.touched || covered_b.touched) out.flags |= ContactVolume::kOnSeam;
   if (covered_a.area + covered_b.area > 0) {
-    out.flags |= ContactVolume::kOnSeam;
     const Vector3 seen = surface + (covered_b.area * covered_b.vector - covered_a.area * covered_a.vector) /
                                        (covered_a.area + covered_b.area);
     if (seen.norm() > kVanishing * scale) surface = seen;  // else nothing of V is surface

@@ -13,6 +13,7 @@
 /// the exact derivatives of the volume; for every ordinary contact they are the plain moments of the
 /// projection.
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -39,6 +40,13 @@ struct CompressingRate {
   Vector2 felt(const Vector2& r) const { return slope * r + lever; }
 };
 
+/// The part of a side of V that neighbouring pieces of the same body cover.
+struct CoveredArea {
+  Vector3 vector = Vector3::Zero();  ///< outward, in A's frame [m²]
+  double area = 0;                   ///< sum of its parts' sizes [m²]
+  bool touched = false;              ///< V meets a cover, be it one with a gap too wide to be left out
+};
+
 /// The volume of intersection of two convex shapes, with the moments that a contact force needs.
 struct ContactVolume {
   /// Which of the fields below are filled.
@@ -62,6 +70,7 @@ struct ContactVolume {
   Pose X_AP;                                ///< patch frame in A; n = X_AP.R.col(2), centroid = X_AC().p
   double rise = 0;                          ///< of P over the centroid [m]; 0 but for parts of a flush contact (seams.h)
   Vector3 area_vector_A = Vector3::Zero();  ///< S_A [m²]
+  CoveredArea covered_a, covered_b;         ///< of A's and of B's side of V, where the request knows covers (InnerSides)
   double volume = 0;                        ///< ∫ d dA [m³]
   Matrix2 V2 = Matrix2::Zero();             ///< ∫ r rᵀ d dA [m⁵]; ∫ r d dA = 0 by the choice of P
   CompressingRate compressing;              ///< of the rate at which the surfaces approach
@@ -100,6 +109,10 @@ struct InnerFaces {
   struct Cover {
     int face;                      ///< of the piece
     std::vector<Vector3> outline;  ///< convex, in the piece's frame, counter-clockwise seen from outside the piece [m]
+    double gap = 0;                ///< between it and the neighbour's face, or the lap of both, where it is no rounding [m]
+
+    /// Share with which a contact of this depth takes it for no surface: one that is ten times as deep as the gap does not feel it [1].
+    double share(double depth) const { return gap > 0 ? std::min(1.0, std::max(0.0, 2 - 10 * gap / depth)) : 1.0; }
   };
   std::vector<std::uint64_t> bits;  ///< bit f of word f/64: face f is covered, at least in part
   std::vector<Cover> covers;        ///< a face may have several

@@ -25,6 +25,13 @@ double areaOf(const LoadedVector<Vector3>& polygon, const Vector3& n) {
   return 0.5 * twice;
 }
 
+/// Area over half of the outline: of a strip its width, which on a wall is the depth of what stands over it.
+double narrowest(const LoadedVector<Vector3>& polygon, double area) {
+  double around = 0;
+  for (int i = 0; i < polygon.size(); ++i) around += (polygon[i + 1 < polygon.size() ? i + 1 : 0] - polygon[i]).norm();
+  return 2 * area / around;
+}
+
 /// Whether V misses a cover: all points lie beyond one edge of a cover's outline, in the face with outward normal n: most contacts do.
 bool misses(const LoadedVector<Vector3>& points, const InnerFaces::Cover& cover, const Vector3& n, const Pose& X_AS) {
   const int corners = static_cast<int>(cover.outline.size());
@@ -58,7 +65,10 @@ CoveredArea ContactWorkspace::coveredArea(Owner owner, const InnerFaces& inner, 
           cutPolygon(outline_, p, face.normal.cross(q - p), cut_outline_);
           std::swap(outline_, cut_outline_);
         }
-        const double area = std::max(0.0, areaOf(outline_, face.normal));
+        const double whole = std::max(0.0, areaOf(outline_, face.normal));
+        if (!(whole > 0)) continue;
+        covered.touched = true;
+        const double area = cover.gap > 0 ? whole * cover.share(narrowest(outline_, whole)) : whole;
         covered.area += area;
         covered.vector += area * face.normal;
       }

@@ -5,12 +5,6 @@
 
 namespace haptic {
 
-/// The part of a side of V that neighbouring pieces of the same body cover.
-struct CoveredArea {
-  Vector3 vector = Vector3::Zero();  ///< outward, in A's frame [m²]
-  double area = 0;                   ///< sum of its parts' sizes [m²]
-};
-
 /// (in realtime) Of the side of `owner`, whose piece lies at X_AS in A's frame. Exact for V in the workspace: each of its
 /// faces that is covered is cut by the covers' outlines. Cost O(edges of V) where a covered face bounds it; null: nothing.
 CoveredArea coveredArea(ContactWorkspace& workspace, Owner owner, const InnerFaces* inner, const Pose& X_AS) noexcept;
