@@ -39,8 +39,9 @@ struct ContactPlaces {
 /// (in realtime) The law of a pair of shapes: the model's, firmer where a hand presses a tool with more than the surface can carry.
 PairLaw lawOf(const Model& model, const ContactPlaces& places, int a, int b) noexcept;
 
-/// (in realtime) How belts carry the surfaces over their shapes, see BeltRates; and B's less A's.
+/// (in realtime) How belts carry the surfaces over their shapes.
 BeltRates beltRates(const Model& model, int shape_a, int shape_b, const LinkWork* link, const Pose& X_WP) noexcept;
+/// (in realtime) B's rate less A's, in P's axes.
 Twist beltTwist(const Model& model, int shape_a, int shape_b, const LinkWork* link, const Pose& X_WP) noexcept;
 
 /// (in realtime) The volume alone, with X_AB. False: the shapes do not overlap; `out` then holds the status alone.
