@@ -11,6 +11,7 @@
 #include <fstream>
 
 #include "haptic_bridge/conversions.h"
+#include "haptic_msgs/flag_words.h"
 #include "haptic_core/spidar/spidar.h"
 #include "haptic_core/world/runaway.h"
 
@@ -29,19 +30,6 @@ bool nodeletsTogether() {
   nodelet::NodeletList list;
   return ros::service::call(ros::this_node::getName() + "/list", list) && list.response.nodelets.size() >= kNodelets;
 }
-
-const struct {
-  DeviceFlag flag;
-  const char* meaning;
-} kFlagMeanings[] = {
-    {kCommandNotFinite, "a wrench was not finite"}, {kTensionAtMax, "a string pulls at its greatest tension"},
-    {kNotPresentable, "the wrench cannot be presented"}, {kTorqueIgnored, "a point grip: torque is ignored"},
-    {kPoseNotConverged, "the pose was not found"}, {kLinkLost, "the device does not answer"},
-    {kAnswersLost, "answers of the boards are lost"}, {kDelayTooLong, "the wire is too slow for force"},
-    {kCounterRestarted, "a board started anew"}, {kEncoderJump, "an encoder jumped"},
-    {kStringCorrected, "an encoder slipped and was corrected"}, {kCountRefused, "a count was refused"},
-    {kResidualHigh, "the string lengths contradict each other"}, {kUnguarded, "no motor guard watches"},
-    {kStopped, "somebody said STOP"}, {kReleased, "the dead-man switch is not held"}};
 
 }  // namespace
 
@@ -177,6 +165,7 @@ void Telemetry::publishStatistics() {
     m->simulated_time = last_.simulated_time;
     m->ticks = ticks_;
     m->missed_ticks = last_tick_.missed;
+    m->paused = last_.paused;
     m->period_ticks = static_cast<std::uint32_t>(ticks);
     m->tick_us_p50 = percentile(period_.tick, 0.5);
     m->tick_us_p99 = percentile(period_.tick, 0.99);
@@ -240,9 +229,9 @@ void Telemetry::diagnoseHands(diagnostic_updater::DiagnosticStatusWrapper& statu
     status.add(devices[i] + ": energy at the port [J]", hand.port_energy);
     status.add(devices[i] + ": contact stiffness at the grip [N/m]", hand.stiffness);
     status.add(devices[i] + ": share of it that the hand bears [1]", hand.stiffness_share);
-    for (const auto& entry : kFlagMeanings) {
-      if (hand.device_flags & entry.flag) {
-        status.mergeSummary(diagnostic_msgs::DiagnosticStatus::WARN, devices[i] + ": " + entry.meaning);
+    for (const FlagWords& words : kDeviceFlagWords) {
+      if (words.grade == FlagGrade::kWarning && hand.device_flags & words.flag) {
+        status.mergeSummary(diagnostic_msgs::DiagnosticStatus::WARN, devices[i] + ": " + words.text);
       }
     }
   }

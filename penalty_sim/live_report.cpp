@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <boost/make_shared.hpp>
 #include <chrono>
-#include <cmath>
-#include <cstdio>
 
 #include "haptic_core/base/error.h"
 #include "haptic_core/world/world.h"
@@ -22,14 +20,6 @@ constexpr double kTimed = 0.05;        // stages are timed over this long before
 constexpr std::chrono::milliseconds kPatience{200};  // a runner that has not ticked for as long is not there
 
 double seconds(std::int64_t ns) { return 1e-9 * static_cast<double>(ns); }
-
-std::string textOf(const ErrorEstimate& e) {
-  double force = 0;
-  for (const double error : e.force) force = std::max(force, error);
-  char text[100];
-  std::snprintf(text, sizeof text, "error of %d steps %.1f um %.1f mN", e.steps, 1e6 * e.position, 1e3 * force);
-  return text;
-}
 
 }  // namespace
 
@@ -52,11 +42,6 @@ LiveReport::~LiveReport() {
   }
   woken_.notify_all();
   thread_.join();
-}
-
-std::string LiveReport::text() const {
-  std::lock_guard<std::mutex> lock(mutex_);
-  return text_;
 }
 
 void LiveReport::sleep(double seconds) {
@@ -110,9 +95,6 @@ void LiveReport::report(const WorldCopy& copy) {
     m->pointers.push_back(definition_.articulations[pointer.articulation].links[pointer.link].name);
   }
   publisher_.publish(boost::shared_ptr<const haptic_msgs::LiveReport>(m));
-
-  std::lock_guard<std::mutex> lock(mutex_);
-  text_ = textOf(estimate);
 }
 
 }  // namespace haptic

@@ -3,7 +3,6 @@
 #include <haptic_msgs/LiveReport.h>
 #include <ros/node_handle.h>
 
-#include <atomic>
 #include <condition_variable>
 #include <memory>
 #include <mutex>
@@ -17,7 +16,7 @@
 namespace haptic {
 
 /// Topic `live_report`, in a thread of its own, twice a second or as often as a twentieth of a core allows. It is made
-/// while somebody subscribes to it or `watch` is on; otherwise the loop pays nothing, and no shadow exists before the first
+/// while somebody subscribes to it; otherwise the loop pays nothing, and no shadow exists before the first
 /// time. The world is read through the port: whoever runs it fills a copy between two ticks.
 class LiveReport {
  public:
@@ -25,12 +24,9 @@ class LiveReport {
              PortOffer& offer);
   ~LiveReport();
 
-  void watch(bool on) { watched_ = on; }  ///< somebody reads `text`
-  std::string text() const;               ///< one line for people; empty: nothing is known yet
-
  private:
   void run();
-  bool wanted() const { return watched_ || publisher_.getNumSubscribers() > 0; }
+  bool wanted() const { return publisher_.getNumSubscribers() > 0; }
   bool takeCopy();
   void report(const WorldCopy& copy);
   void sleep(double seconds);
@@ -46,10 +42,8 @@ class LiveReport {
   std::uint64_t estimates_ = 0;
   double shadow_time_ = 0;                ///< of the last estimate [s]
   ros::Publisher publisher_;
-  std::atomic<bool> watched_{false};
-  mutable std::mutex mutex_;              ///< of what follows
+  std::mutex mutex_;              ///< of what follows
   std::condition_variable woken_;
-  std::string text_;
   bool stop_ = false;
   std::thread thread_;
 };

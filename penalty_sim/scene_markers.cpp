@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <boost/make_shared.hpp>
 #include <cmath>
-#include <cstdio>
 #include <numeric>
 
 #include "haptic_core/world/model.h"
-#include "haptic_core/world/runaway.h"
 #include "haptic_core/world/world.h"
 #include "penalty_sim/conversions.h"
 
@@ -22,9 +20,8 @@ constexpr double kThinnestPatch = 0.0005;     // a disc thinner than this flicke
 constexpr double kRimWidth = 0.0015;          // [m]
 constexpr double kRimSize = 1.2;              // times the patch's radius: it stands out of the bodies like a collar
 constexpr double kLeastRim = 0.004;           // radius of a ring that can still be seen [m]
-constexpr double kTextBelow = 0.205;          // the lowest body [m]: below a floor's nearest corner as the views show it
-constexpr double kTextSize = 0.011, kTextRow = 0.02;   // height of a letter, distance of lines [m]
-constexpr double kBodyAlpha = 0.6;            // opacity of bodies, at most: patches between them shine through
+constexpr double kCell = 0.05;                // of the grid, at least [m]
+constexpr int kCells = 40;                    // of the grid along each axis [1]
 constexpr double kDimmed = 0.4, kGrey = 0.45;  // of what stands: share of its own colour, the rest of a grey
 constexpr double kFullColourPressure = 2e4;   // a patch under this mean pressure is drawn red [Pa]; 1 N on 0.5 cm²
 
@@ -81,6 +78,7 @@ int shapeType(VisualShape shape) {
 
 SceneMarkers::SceneMarkers(ros::NodeHandle& nh, const SceneDef& scene, const World& world, const std::string& world_frame)
     : visuals_(scene.visuals),
+      view_(viewOf(scene)),
       world_frame_(world_frame),
       publisher_(nh.advertise<visualization_msgs::MarkerArray>("markers", 2)) {
   for (const VisualDef& v : visuals_) {
@@ -104,7 +102,7 @@ visualization_msgs::Marker SceneMarkers::bodyMarker(std::size_t i) const {
   m.scale = toVector(v.size);
   for (const Vector3& corner : v.corners) m.points.push_back(toPoint(corner));
   const auto shade = [&](int c) { return dimmed_[i] ? kDimmed * v.colour[c] + (1 - kDimmed) * kGrey : v.colour[c]; };
-  m.color = colour(shade(0), shade(1), shade(2), std::min<double>(kBodyAlpha, v.colour[3]));
+  m.color = colour(shade(0), shade(1), shade(2), v.colour[3]);
   if (v.shape == VisualShape::kMesh) {
     m.mesh_resource = v.mesh_uri;
     m.mesh_use_embedded_materials = v.own_colours;
@@ -120,6 +118,7 @@ void SceneMarkers::addBodies(visualization_msgs::MarkerArray& array, const World
     clear.header.frame_id = world_frame_;
     clear.action = Marker::DELETEALL;
     array.markers.push_back(clear);
+    array.markers.push_back(gridMarker());
   }
   for (std::size_t i = 0; i < visuals_.size(); ++i) {
     const char stands = snapshot.stands[static_cast<std::size_t>(links_[i])];
@@ -183,87 +182,38 @@ void SceneMarkers::addContacts(visualization_msgs::MarkerArray& array, const Wor
   patches_shown_ = shown;
 }
 
-/// A line of text below the scene, twice: for a dark ground and for a light one. A view shows one of the two namespaces.
-void SceneMarkers::addLine(visualization_msgs::MarkerArray& array, int id, double z, const std::string& line,
-                           const ros::Time& stamp) const {
-  Marker text;
-  text.header.frame_id = world_frame_;
-  text.header.stamp = stamp;
-  text.id = id;
-  text.type = Marker::TEXT_VIEW_FACING;
-  text.pose.orientation.w = 1;
-  text.pose.position.z = z;
-  text.scale.z = kTextSize;
-  text.text = line;
-  text.ns = "text";
-  text.color = colour(0.85, 0.88, 0.95, 1);
-  array.markers.push_back(text);
-  text.ns = "text_on_light";
-  text.color = colour(0.12, 0.14, 0.2, 1);
-  array.markers.push_back(text);
+/// Lines in W's x and y under the bodies: light enough on either ground.
+visualization_msgs::Marker SceneMarkers::gridMarker() const {
+  Marker grid;
+  grid.header.frame_id = world_frame_;
+  grid.ns = "grid";
+  grid.type = Marker::LINE_LIST;
+  grid.pose.orientation.w = 1;
+  grid.color = colour(0.5, 0.55, 0.6, 0.5);
+  Vector3 low = Vector3::Zero(), high = low;
+  const std::vector<Vector3>& content = view_.hand.empty() ? view_.scene : view_.hand;
+  if (!content.empty()) low = high = content[0];
+  for (const Vector3& p : content) low = low.cwiseMin(p), high = high.cwiseMax(p);
+  const double size = std::max(kCell, (high - low).head<2>().maxCoeff());
+  const double cell = kCell * std::exp2(std::max(0.0, std::ceil(std::log2(size / (4 * kCell)))));  // the content spans 2 to 4 cells
+  grid.scale.x = 0.012 * cell;
+  const Vector3 middle = (low + high) / 2;
+  const double half = kCells / 2 * cell, x = cell * std::round(middle.x() / cell), y = cell * std::round(middle.y() / cell);
+  for (int i = -kCells / 2; i <= kCells / 2; ++i) {
+    for (const auto& end : {Vector3(x + i * cell, y - half, view_.ground), Vector3(x + i * cell, y + half, view_.ground),
+                            Vector3(x - half, y + i * cell, view_.ground), Vector3(x + half, y + i * cell, view_.ground)}) {
+      grid.points.push_back(toPoint(end));
+    }
+  }
+  return grid;
 }
 
-/// What the colours of patches mean: a ball of each, and its pressure.
-void SceneMarkers::addLegend(visualization_msgs::MarkerArray& array, double z, const ros::Time& stamp) const {
-  constexpr int kBalls = 3, kFirstId = 10;
-  // rviz centres a line: the spaces bring its words to the right of the ball.
-  const std::string lines[kBalls] = {std::string(27, ' ') + "%.0f kPa and more on a patch", std::string(10, ' ') + "%.0f kPa",
-                                     std::string(25, ' ') + "%.0f kPa; a dashed ring slides"};
-  Marker balls;
-  balls.header.frame_id = world_frame_;
-  balls.header.stamp = stamp;
-  balls.ns = "legend";
-  balls.type = Marker::SPHERE_LIST;
-  balls.pose.orientation.w = 1;
-  balls.scale.x = balls.scale.y = balls.scale.z = kTextSize;
-  for (int i = 0; i < kBalls; ++i) {
-    const double share = 1 - static_cast<double>(i) / (kBalls - 1);
-    char line[80];
-    std::snprintf(line, sizeof line, lines[i].c_str(), 1e-3 * kFullColourPressure * share);
-    addLine(array, kFirstId + i, z - i * kTextRow, line, stamp);
-    balls.points.push_back(toPoint(Vector3(0, 0, z - i * kTextRow)));
-    balls.colors.push_back(pressureColour(share, 1));
-  }
-  array.markers.push_back(balls);
-}
-
-/// Where the energy is and went, what sticks and slides, what the pointers feel, and how well it is computed.
-void SceneMarkers::addText(visualization_msgs::MarkerArray& array, const WorldSnapshot& snapshot,
-                           const ros::Time& stamp, const std::string& report) const {
-  int sticking = 0;
-  double lowest = 0;
-  for (int i = 0; i < snapshot.contacts; ++i) sticking += snapshot.contact[i].sticking;
-  for (const Pose& X_WL : snapshot.pose) lowest = std::isfinite(X_WL.p.z()) ? std::min(lowest, X_WL.p.z()) : lowest;
-  const EnergyLedger& e = snapshot.report.energy;
-  char line[160];
-  std::snprintf(line, sizeof line, "energy: motion %.2f  elastic %.2f  work of hands %.2f  damped %.2f  rubbed %.2f mJ",
-                1e3 * e.kinetic, 1e3 * (e.elastic + e.tangential), 1e3 * e.external, 1e3 * e.damping, 1e3 * e.friction);
-  double z = lowest - kTextBelow;
-  addLine(array, 0, z, line, stamp);
-  std::snprintf(line, sizeof line, "contacts: %d stick, %d slide   %d bodies stand", sticking, snapshot.contacts - sticking,
-                snapshot.report.standing);
-  std::string felt = line;
-  if (snapshot.report.waiting > 0) {
-    std::snprintf(line, sizeof line, ", %d wait for their turn (%.1f ms)", snapshot.report.waiting, 1e3 * snapshot.report.lag);
-    felt += line;
-  }
-  for (const Wrench& F : snapshot.pointer_wrench) {
-    std::snprintf(line, sizeof line, "   pointer %.2f N", F.force.norm());
-    felt += line;
-  }
-  if (!report.empty()) felt += "   " + report;
-  if (!snapshot.report.finite) felt = std::string("THE WORLD STOPPED: ") + whyStopped(snapshot.report);
-  addLine(array, 1, z - kTextRow, felt, stamp);
-  addLegend(array, z - 2.2 * kTextRow, stamp);
-}
-
-void SceneMarkers::publish(const WorldSnapshot& snapshot, const ros::Time& stamp, const std::string& report) {
+void SceneMarkers::publish(const WorldSnapshot& snapshot, const ros::Time& stamp) {
   const auto array = boost::make_shared<visualization_msgs::MarkerArray>();
   const std::uint32_t subscribers = publisher_.getNumSubscribers();
   addBodies(*array, snapshot, subscribers != bodies_sent_to_);
   bodies_sent_to_ = subscribers;
   addContacts(*array, snapshot, stamp);
-  addText(*array, snapshot, stamp, report);
   publisher_.publish(boost::shared_ptr<const visualization_msgs::MarkerArray>(array));
 }
 

@@ -122,6 +122,10 @@ void WorldTopics::publishPlan(const SceneDef& scene) {
   }
   for (int i = 0; i < port_.world.pointerCount(); ++i) m->pointers.push_back(links_[port_.world.pointerLink(i)]);
   m->known_scenes = knownScenes();
+  const SceneView view = viewOf(scene);
+  for (const Vector3& corner : view.hand) m->hand_view.push_back(toPoint(corner));
+  for (const Vector3& corner : view.scene) m->scene_view.push_back(toPoint(corner));
+  m->view_yaw = view.yaw;
   m->warnings = scene.replaced;
   m->warnings.insert(m->warnings.end(), scene.warnings.begin(), scene.warnings.end());
   m->text = sceneText(scene) + port_.world.planText();
@@ -157,7 +161,6 @@ void WorldTopics::run() {
       }
     }
     sensors_.publish();
-    live_.watch(markers_.wanted());
     // Not after the runner's answer: it takes up to a tick.
     next = std::max(next + std::chrono::nanoseconds(std::llround(1e9 / rate)), std::chrono::steady_clock::now());
     std::this_thread::sleep_until(next);
@@ -192,7 +195,7 @@ void WorldTopics::publish(const WorldSnapshot& snapshot) {
     m->header = header;
     publishConst(step_report_, m);
   }
-  if (markers_.wanted()) markers_.publish(snapshot, stamp, live_.text());
+  if (markers_.wanted()) markers_.publish(snapshot, stamp);
 }
 
 void WorldTopics::publishFrames(const WorldSnapshot& snapshot, const ros::Time& stamp) {

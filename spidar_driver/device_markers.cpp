@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <boost/make_shared.hpp>
-#include <cstdio>
 
 #include "spidar_driver/conversions.h"
 
@@ -14,8 +13,6 @@ using visualization_msgs::Marker;
 constexpr double kLineWidth = 0.0015;       // of the frame and the strings [m]
 constexpr double kMetresPerNewton = 0.015;  // length of a force's arrow, as in the scene: 10 N reach out of the frame
 constexpr double kLeastForce = 0.05;        // an arrow shorter than its head's width is a blot [N]
-constexpr double kLabelAbove = 0.055;       // the frame [m]: as the views show it, its far corner is below that
-constexpr double kLabelRow = 0.02;          // twice the text's height [m]
 constexpr double kFullColourTension = 5;    // a string this tense is drawn red [N]; the usual range of a hand
 
 std_msgs::ColorRGBA colour(double r, double g, double b, double a = 1) {
@@ -35,12 +32,9 @@ std_msgs::ColorRGBA tensionColour(double tension) {
 
 }  // namespace
 
-DeviceMarkers::DeviceMarkers(ros::NodeHandle& nh, const DeviceDef& def, const std::string& base_frame,
-                             const std::string& name, int label_row)
+DeviceMarkers::DeviceMarkers(ros::NodeHandle& nh, const DeviceDef& def, const std::string& base_frame)
     : def_(def),
       base_frame_(base_frame),
-      name_(name),
-      label_row_(label_row),
       publisher_(nh.advertise<visualization_msgs::MarkerArray>("markers", 1)) {}
 
 Marker DeviceMarkers::marker(const char* ns, int type, const ros::Time& stamp) const {
@@ -104,7 +98,7 @@ void DeviceMarkers::addGrip(visualization_msgs::MarkerArray& array, const Device
   knots.id = 1;
   knots.pose = grip.pose;
   knots.scale.x = knots.scale.y = knots.scale.z = 3 * kLineWidth;
-  knots.color = colour(0.95, 0.95, 0.95);
+  knots.color = colour(0.35, 0.37, 0.4);
   for (const StringDef& s : def_.strings) knots.points.push_back(toPoint(s.p_GK + s.dp_GK * record.opening));
   array.markers.push_back(knots);
 }
@@ -122,23 +116,7 @@ void DeviceMarkers::addForces(visualization_msgs::MarkerArray& array, const Devi
     array.markers.push_back(m);
   };
   arrow("force", record.F_achieved_B.force, 2 * kLineWidth, colour(0.95, 0.25, 0.2));
-  arrow("force_asked", record.F_asked_B.force, 4 * kLineWidth, colour(1, 1, 1, 0.35));  // a shell around the other
-  Marker text = marker("text", Marker::TEXT_VIEW_FACING, stamp);
-  char line[128];
-  const Wrench &given = record.F_achieved_B, &asked = record.F_asked_B;
-  std::snprintf(line, sizeof(line), "%s %s   %.2f N of %.2f N asked,  %.1f mNm of %.1f mNm", name_.c_str(),
-                stateName(record), given.force.norm(), asked.force.norm(), 1e3 * given.torque.norm(), 1e3 * asked.torque.norm());
-  text.text = line;
-  // Above the frame, where it covers nothing.
-  double top = 0;
-  for (const StringDef& s : def_.strings) top = std::max(top, s.p_BE.z());
-  text.pose.position = toPoint(Vector3(0, 0, top + kLabelAbove + kLabelRow * label_row_));
-  text.scale.z = 0.01;
-  text.color = colour(1, 1, 1);
-  array.markers.push_back(text);
-  text.ns = "text_on_light";
-  text.color = colour(0.1, 0.1, 0.15);
-  array.markers.push_back(text);
+  arrow("force_asked", record.F_asked_B.force, 4 * kLineWidth, colour(0.5, 0.52, 0.55, 0.4));  // a shell around the other
 }
 
 void DeviceMarkers::publish(const DeviceRecord& record, const ros::Time& stamp) {

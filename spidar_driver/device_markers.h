@@ -9,11 +9,10 @@
 
 namespace haptic {
 
-/// Topic `markers`, in the base's frame. Namespaces: frame, strings, grip, force, force_asked, text, text_on_light.
+/// Topic `markers`, in the base's frame. Namespaces: frame, strings, grip, force, force_asked.
 class DeviceMarkers {
  public:
-  /// The text begins with `name` and stands `label_row` rows higher than above the frame.
-  DeviceMarkers(ros::NodeHandle& nh, const DeviceDef& def, const std::string& base_frame, const std::string& name, int label_row);
+  DeviceMarkers(ros::NodeHandle& nh, const DeviceDef& def, const std::string& base_frame);
   bool wanted() const { return publisher_.getNumSubscribers() > 0; }
   void publish(const DeviceRecord& record, const ros::Time& stamp);
 
@@ -25,8 +24,7 @@ class DeviceMarkers {
   void addForces(visualization_msgs::MarkerArray& array, const DeviceRecord& record, const ros::Time& stamp) const;
 
   DeviceDef def_;
-  std::string base_frame_, name_;
-  int label_row_;
+  std::string base_frame_;
   ros::Publisher publisher_;
 };
 

@@ -47,7 +47,7 @@ DeviceTopics::DeviceTopics(ros::NodeHandle& nh, const DriverParameters& paramete
       joy_(nh.advertise<sensor_msgs::Joy>("joy", kQueue)),
       state_(nh.advertise<haptic_msgs::DeviceState>("state", 1, true)),
       diagnostics_(nh, parameters.name, port.transport),
-      markers_(nh, port.device.def(), base_frame_, parameters.name, parameters.label_row) {
+      markers_(nh, port.device.def(), base_frame_) {
   if (parameters.place_base) {
     geometry_msgs::TransformStamped base;
     base.header.frame_id = parameters.world_frame;

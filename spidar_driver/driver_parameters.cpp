@@ -82,7 +82,6 @@ DriverParameters readParameters(const ros::NodeHandle& ns, const ros::NodeHandle
   p.pose_rate = read.number("pose_rate", 500, 1, 10000, "Hz");
   p.joint_state_rate = read.number("joint_state_rate", 100, 1, 1000, "Hz");
   p.frame_rate = read.number("frame_rate", 30, 1, 100, "Hz");
-  p.label_row = read.whole("label_row", 0, 0, 9, "(rows above the frame)");
   p.world_frame = read.text("world_frame", "world");
   p.place_base = read.flag("place_base", false);
   refuseAddresses(priv);

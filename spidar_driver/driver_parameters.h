@@ -30,7 +30,6 @@ struct DriverParameters {
   double pose_rate = 500;      ///< ~pose_rate [Hz]: of pose, twist and wrench
   double joint_state_rate = 100;  ///< ~joint_state_rate [Hz]
   double frame_rate = 30;      ///< ~frame_rate [Hz]: of tf and markers
-  int label_row = 0;           ///< ~label_row: of the markers' text above the frame, where devices overlap
   std::string world_frame;     ///< ~world_frame: parent of the base in tf when ~place_base is set
   bool place_base = false;     ///< ~place_base: publish world -> base as identity (no simulation does it)
   DeadManParameters dead_man;  ///< ~dead_man (none, joy, grip), ~dead_man_button, ~dead_man_age_limit [s]: a hand on a switch

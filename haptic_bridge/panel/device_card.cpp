@@ -16,15 +16,15 @@ namespace {
 constexpr std::chrono::milliseconds kStopPatience{300};  // a device that ticks answers within two ticks
 constexpr double kSilence = 3;  // DeviceState comes at 1 Hz: this long without it, the state is not known [s]
 
-const struct {
-  const char *word, *colour;
-} kStates[] = {{"UNCALIBRATED", "#b26a00"}, {"READY", "#1565c0"}, {"FORCE ON", "#2e7d32"},
-               {"REDUCED", "#b26a00"}, {"FAULT", "#c62828"}, {"DISCONNECTED", "#616161"}};
-
 }  // namespace
 
-DeviceCard::DeviceCard(const std::string& name, ServiceCalls& calls, QWidget* parent)
-    : QGroupBox(QString::fromStdString(name), parent), name_(name), calls_(calls), state_(new QLabel(this)), advice_(new QLabel(this)) {
+DeviceCard::DeviceCard(const std::string& name, ServiceCalls& calls, const Say& say, QWidget* parent)
+    : QGroupBox(QString::fromStdString(name), parent),
+      name_(name),
+      calls_(calls),
+      say_(say),
+      state_(new QLabel(this)),
+      advice_(new QLabel(this)) {
   setObjectName(QString::fromStdString("device_" + name));
   state_->setObjectName("state");
   state_->setAlignment(Qt::AlignCenter);
@@ -38,7 +38,7 @@ DeviceCard::DeviceCard(const std::string& name, ServiceCalls& calls, QWidget* pa
   column->addWidget(state_);
   column->addWidget(advice_);
   addButtons();
-  showState("UNKNOWN", "#616161", "waits for the device's first word");
+  showState({"UNKNOWN", Weight::kWarning}, "waits for the device's first word");
   heard_ = ros::SteadyTime::now();
   subscriber_ = nh_.subscribe<haptic_msgs::DeviceState>(
       "/" + name + "/state", 10, [this](const haptic_msgs::DeviceState::ConstPtr& m) { show(*m); });
@@ -104,21 +104,24 @@ void DeviceCard::stop() {
 void DeviceCard::show(const haptic_msgs::DeviceState& state) {
   heard_ = ros::SteadyTime::now();
   stop_socket_ = state.stop_socket;
-  const bool known = state.state < sizeof kStates / sizeof kStates[0];
-  showState(known ? kStates[state.state].word : "UNKNOWN", known ? kStates[state.state].colour : "#616161", state.message);
+  showState(wordOf(state), state.message);
+  say_("device " + name_, tell(name_, state));
 }
 
-void DeviceCard::showState(const std::string& word, const std::string& colour, const std::string& advice) {
-  state_->setText(QString::fromStdString(word));
-  state_->setStyleSheet(QString::fromStdString("color: white; font-weight: bold; padding: 4px; background: " + colour));
+void DeviceCard::showState(const DeviceWord& word, const std::string& advice) {
+  state_->setText(word.word);
+  state_->setStyleSheet(QString("color: white; font-weight: bold; padding: 4px; background: %1").arg(groundOf(word.weight)));
   advice_->setText(QString::fromStdString(advice));
   advice_->setToolTip(advice_->text());
 }
 
 void DeviceCard::age() {
   if ((ros::SteadyTime::now() - heard_).toSec() < kSilence) return;
-  showState("NO NEWS", "#616161",
-            "nothing heard for 3 s: the driver has ended, or the network does not bring its topics (is ROS_IP set on both machines?)");
+  const DeviceWord word{"NO NEWS", Weight::kAlarm};
+  const std::string advice =
+      "nothing heard for 3 s: the driver has ended, or the network does not bring its topics (is ROS_IP set on both machines?)";
+  showState(word, advice);
+  say_("device " + name_, {{word.weight, name_ + " " + word.word + ": " + advice}});
 }
 
 }  // namespace haptic

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "haptic_bridge/panel/service_calls.h"
+#include "haptic_bridge/panel/told_states.h"
 
 class QGridLayout;
 
@@ -15,7 +16,7 @@ namespace haptic {
 
 class DeviceCard : public QGroupBox {
  public:
-  DeviceCard(const std::string& name, ServiceCalls& calls, QWidget* parent);
+  DeviceCard(const std::string& name, ServiceCalls& calls, const Say& say, QWidget* parent);
 
   const std::string& name() const { return name_; }
   /// Motors off, at once. `tell` hears whether it came to pass.
@@ -27,10 +28,11 @@ class DeviceCard : public QGroupBox {
   void addButtons();
   void addButton(QGridLayout& grid, int row, int column, const char* text, const char* help, std::function<void()> press);
   void show(const haptic_msgs::DeviceState& state);
-  void showState(const std::string& word, const std::string& colour, const std::string& advice);
+  void showState(const DeviceWord& word, const std::string& advice);
 
   std::string name_, stop_socket_;
   ServiceCalls& calls_;
+  Say say_;
   QLabel *state_, *advice_;
   ros::SteadyTime heard_;
   ros::NodeHandle nh_;

@@ -25,7 +25,8 @@ std::set<std::string> devicesAtMaster() {
 
 }  // namespace
 
-DeviceList::DeviceList(ServiceCalls& calls, QWidget* parent) : QWidget(parent), calls_(calls), column_(new QVBoxLayout(this)) {
+DeviceList::DeviceList(ServiceCalls& calls, const Say& say, QWidget* parent)
+    : QWidget(parent), calls_(calls), say_(say), column_(new QVBoxLayout(this)) {
   column_->setContentsMargins(0, 0, 0, 0);
   connect(&timer_, &QTimer::timeout, this, [this] { look(); });
   timer_.start(kLookEvery);
@@ -51,7 +52,7 @@ void DeviceList::show(const std::set<std::string>& names) {
   const std::size_t before = cards_.size();
   for (const std::string& name : names) {
     if (std::find(known.begin(), known.end(), name) != known.end()) continue;
-    cards_.push_back(new DeviceCard(name, calls_, this));
+    cards_.push_back(new DeviceCard(name, calls_, say_, this));
     column_->addWidget(cards_.back());
   }
   if (cards_.size() != before) changed_();

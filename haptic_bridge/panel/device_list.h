@@ -13,7 +13,7 @@ namespace haptic {
 
 class DeviceList : public QWidget {
  public:
-  DeviceList(ServiceCalls& calls, QWidget* parent);
+  DeviceList(ServiceCalls& calls, const Say& say, QWidget* parent);
   void stopAll();
   std::vector<std::string> names() const;
   /// Called in the window's thread whenever a device has come.
@@ -24,6 +24,7 @@ class DeviceList : public QWidget {
   void show(const std::set<std::string>& names);
 
   ServiceCalls& calls_;
+  Say say_;
   QVBoxLayout* column_;
   QTimer timer_;
   std::vector<DeviceCard*> cards_;

@@ -1,12 +1,13 @@
 #include "haptic_bridge/panel/haptic_panel.h"
 
 #include <ros/this_node.h>
-#include <rviz/view_controller.h>
-#include <rviz/view_manager.h>
 #include <rviz/visualization_manager.h>
+#include <rviz/window_manager_interface.h>
 
 #include <QApplication>
 #include <QKeyEvent>
+#include <QMainWindow>
+#include <QLabel>
 #include <QPushButton>
 #include <QScrollArea>
 #include <QScrollBar>
@@ -26,7 +27,8 @@ constexpr int kLines = 100;  // that are kept to scroll back to
 
 }  // namespace
 
-HapticPanel::HapticPanel(QWidget* parent) : rviz::Panel(parent), calls_(new ServiceCalls(nullptr)), views_(new QComboBox(this)) {
+HapticPanel::HapticPanel(QWidget* parent)
+    : rviz::Panel(parent), calls_(new ServiceCalls(nullptr)), camera_(new Camera(this)), row_(new StateRow(this)) {
   QFont small = font();
   small.setPointSize(small.pointSize() - kSmaller);
   setFont(small);
@@ -34,20 +36,23 @@ HapticPanel::HapticPanel(QWidget* parent) : rviz::Panel(parent), calls_(new Serv
   auto* stop = new QPushButton("STOP   (Esc)", this);
   stop->setObjectName("STOP");
   stop->setToolTip("Switches the force of every device off, from anywhere: also the key Esc");
-  stop->setStyleSheet("QPushButton { background: #c62828; color: white; font-size: 22px; font-weight: bold; padding: 10px; }"
+  stop->setStyleSheet("QPushButton { background: #b3123f; border: none; color: white; font-size: 22px; font-weight: bold; padding: 10px; }"
                       "QPushButton:pressed { background: #8e0000; }");
-  views_->setObjectName("views");
-  views_->setToolTip("A view that the configuration keeps");
   auto* inside = new QWidget;
   auto* column = new QVBoxLayout(inside);
   column->setContentsMargins(2, 2, 2, 2);
   column->setSpacing(2);
-  devices_ = new DeviceList(*calls_, inside);
+  devices_ = new DeviceList(*calls_, [this](const std::string& source, const std::vector<Told>& told) { row_->say(source, told); }, inside);
   scene_ = new SceneBox(*calls_, inside);
   column->addWidget(devices_);
   column->addWidget(scene_);
   column->addWidget(new TuningBox(*calls_, inside));
   column->addWidget(new HistoryStrips(inside));
+  auto* legend = new QLabel("Patches: blue 0, yellow 10, red 20 kPa and more; a dashed ring slides. Strings: blue slack, red 5 N. Arrows: "
+                            "15 mm per newton.", inside);
+  legend->setObjectName("legend");
+  legend->setWordWrap(true);
+  column->addWidget(legend);
   column->addStretch(1);
   auto* scroll = new QScrollArea(this);
   scroll->setWidget(inside);
@@ -61,7 +66,8 @@ HapticPanel::HapticPanel(QWidget* parent) : rviz::Panel(parent), calls_(new Serv
   auto* all = new QVBoxLayout(this);
   all->setContentsMargins(2, 2, 2, 2);
   all->addWidget(stop);
-  all->addWidget(views_);
+  all->addWidget(row_);
+  all->addWidget(camera_);
   all->addWidget(scroll, 1);
   all->addWidget(lines_);
   connect(stop, &QPushButton::pressed, this, [this] { devices_->stopAll(); });  // on the press, not the release
@@ -79,14 +85,21 @@ HapticPanel::HapticPanel(QWidget* parent) : rviz::Panel(parent), calls_(new Serv
 
 HapticPanel::~HapticPanel() {
   qApp->removeEventFilter(this);
+  delete row_;
   delete calls_;  // first: what it still does refers to the rest
 }
 
 void HapticPanel::onInitialize() {
-  rviz::ViewManager* views = vis_manager_->getViewManager();
-  for (int i = 0; i < views->getNumViews(); ++i) views_->addItem("View: " + views->getViewAt(i)->getName());
-  views_->setVisible(views_->count() > 0);
-  connect(views_, QOverload<int>::of(&QComboBox::activated), this, [views](int i) { views->setCurrentFrom(views->getViewAt(i)); });
+  rviz::WindowManagerInterface* const window = vis_manager_->getWindowManager();
+  if (auto* const frame = qobject_cast<QMainWindow*>(window ? window->getParentWindow() : nullptr)) {
+    frame->addToolBarBreak(Qt::TopToolBarArea);
+    frame->addToolBar(Qt::TopToolBarArea, row_);  // above the picture
+    row_->setVisible(true);
+  }
+  row_->subscribe();
+  camera_->attach(*vis_manager_);
+  plan_ = nh_.subscribe<haptic_msgs::ScenePlan>("scene_plan", 2,
+                                                [this](const haptic_msgs::ScenePlan::ConstPtr& plan) { camera_->see(*plan); });
 }
 
 /// A shortcut would be silent when another one claims the same key.
@@ -105,7 +118,7 @@ bool HapticPanel::eventFilter(QObject* receiver, QEvent* event) {
 void HapticPanel::tell(const std::string& line, bool well) {
   const QString text = QTime::currentTime().toString("HH:mm:ss  ") + QString::fromStdString(line);
   auto* item = new QListWidgetItem(text, lines_);
-  if (!well) item->setForeground(QColor("#d32f2f"));
+  if (!well) item->setForeground(HistoryStrip::colours(palette().color(QPalette::Base).lightness() < 128)[0]);
   item->setToolTip(text);
   while (lines_->count() > kLines) delete lines_->takeItem(0);
   lines_->scrollToBottom();

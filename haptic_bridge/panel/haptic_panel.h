@@ -5,13 +5,15 @@
 #include <rosgraph_msgs/Log.h>
 #include <rviz/panel.h>
 
-#include <QComboBox>
 #include <QListWidget>
+#include <QPointer>
 #include <string>
 
+#include "haptic_bridge/panel/camera.h"
 #include "haptic_bridge/panel/device_list.h"
 #include "haptic_bridge/panel/scene_box.h"
 #include "haptic_bridge/panel/service_calls.h"
+#include "haptic_bridge/panel/state_row.h"
 
 namespace haptic {
 
@@ -31,13 +33,14 @@ class HapticPanel : public rviz::Panel {
   void onLog(const rosgraph_msgs::Log& log);
 
   ServiceCalls* calls_;
-  QComboBox* views_;
+  Camera* camera_;
+  QPointer<StateRow> row_;  ///< the window it stands in may delete it first
   DeviceList* devices_;
   SceneBox* scene_;
   QListWidget* lines_;
   unsigned long stopped_at_ = 0;  ///< time stamp of the last Escape [ms]
   ros::NodeHandle nh_;
-  ros::Subscriber log_;
+  ros::Subscriber log_, plan_;
 };
 
 }  // namespace haptic

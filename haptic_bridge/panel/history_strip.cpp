@@ -9,6 +9,7 @@ namespace haptic {
 namespace {
 
 constexpr double kSeconds = 10;  // that a strip shows
+constexpr int kGap = 3;          // [pixels]
 constexpr int kHeight = 58;      // [pixels]: four of them, and the rest, fit a screen of 1000
 
 }  // namespace
@@ -17,10 +18,10 @@ HistoryStrip::HistoryStrip(const std::string& title, const std::string& unit, do
     : QWidget(parent), title_(title), unit_(unit), least_span_(least_span), limit_(std::numeric_limits<double>::quiet_NaN()) {
   setMinimumHeight(kHeight);
   setObjectName(QString::fromStdString("strip_" + title));
-  setToolTip("the last ten seconds");
+  setToolTip("The last ten seconds; at the right, the values at the top and at the bottom");
 }
 
-void HistoryStrip::add(const std::string& series, double time_s, double value, const QColor& colour) {
+void HistoryStrip::add(const std::string& series, double time_s, double value, int colour) {
   Series& s = series_[series];
   s.colour = colour;
   s.samples.push_back({time_s, value});
@@ -57,47 +58,74 @@ void HistoryStrip::range(double& low, double& high) const {
   high += 0.1 * (high - low);
 }
 
-void HistoryStrip::paintEvent(QPaintEvent*) {
-  QPainter painter(this);
-  painter.setRenderHint(QPainter::Antialiasing);
-  painter.fillRect(rect(), palette().base());
-  const int line = fontMetrics().height(), top = line + 3, left = 2, width = this->width() - 4, height = this->height() - top - 3;
-  double low = 0, high = 1;
-  range(low, high);
-  const auto x = [&](double time) { return left + width * (1 - (newest_ - time) / kSeconds); };
-  const auto y = [&](double value) { return top + height * (1 - (value - low) / (high - low)); };
+const std::array<QColor, 5>& HistoryStrip::colours(bool dark) {
+  static const std::array<QColor, 5> kOnLight{"#b3123f", "#0072b2", "#a34a00", "#00704f", "#8f3f86"};
+  static const std::array<QColor, 5> kOnDark{"#ff7a9c", "#56b4e9", "#ff8c42", "#2fc79a", "#e39ac6"};
+  return dark ? kOnDark : kOnLight;
+}
+
+QColor HistoryStrip::colourOf(int colour) const {
+  const bool dark = palette().color(QPalette::Base).lightness() < 128;
+  return colours(dark)[static_cast<std::size_t>(colour)];
+}
+
+/// Lines at zero and at the limit; at the right the numbers of the bottom and of the top.
+void HistoryStrip::drawScale(QPainter& painter, const QRectF& plot, double low, double high) const {
+  const auto y = [&](double value) { return plot.bottom() - plot.height() * (value - low) / (high - low); };
   painter.setPen(palette().color(QPalette::Mid));
-  painter.drawLine(QPointF(left, y(0)), QPointF(left + width, y(0)));
+  painter.drawLine(QPointF(plot.left(), y(0)), QPointF(plot.right(), y(0)));
   if (std::isfinite(limit_)) {
-    painter.setPen(QPen(QColor("#d32f2f"), 1, Qt::DashLine));
-    painter.drawLine(QPointF(left, y(limit_)), QPointF(left + width, y(limit_)));
+    painter.setPen(QPen(colourOf(0), 1, Qt::DashLine));
+    painter.drawLine(QPointF(plot.left(), y(limit_)), QPointF(plot.right(), y(limit_)));
   }
   painter.setPen(palette().color(QPalette::Text));
-  double at = left + 2;
+  const QRectF beside(plot.right() + kGap, plot.top() - kGap, width() - plot.right() - kGap, plot.height() + 2 * kGap);
+  painter.drawText(beside, Qt::AlignLeft | Qt::AlignTop, QString::number(high, 'g', 2));
+  painter.drawText(beside, Qt::AlignLeft | Qt::AlignBottom, QString::number(low, 'g', 2));
+}
+
+/// Title, series with their last values, unit and limit, in the colours of their curves.
+void HistoryStrip::drawWords(QPainter& painter, int line) const {
+  double at = 4;
   const auto write = [&](const QString& text, const QColor& colour) {
     painter.setPen(colour);
     painter.drawText(QPointF(at, line - 3), text);
     at += fontMetrics().horizontalAdvance(text + "  ");
   };
-  write(QString::fromStdString(title_), palette().color(QPalette::Text));
+  const QColor ink = palette().color(QPalette::Text);
+  write(QString::fromStdString(title_), ink);
   for (const auto& [name, series] : series_) {
     const double now = series.samples.empty() ? NAN : series.samples.back().value;
     const bool rounding = std::fabs(now) < 1e-3 * least_span_;
     write(QString::fromStdString(name) + (std::isfinite(now) ? " " + QString::number(rounding ? 0 : now, 'g', 3) : QString(" –")),
-          series.colour);
+          colourOf(series.colour));
   }
-  write(QString::fromStdString(unit_), palette().color(QPalette::Text));
-  if (std::isfinite(limit_)) write(QString::fromStdString(limit_name_) + " " + QString::number(limit_, 'g', 6), QColor("#d32f2f"));
+  write(QString::fromStdString(unit_), ink);
+  if (std::isfinite(limit_)) write(QString::fromStdString(limit_name_) + " " + QString::number(limit_, 'g', 6), colourOf(0));
+}
+
+void HistoryStrip::paintEvent(QPaintEvent*) {
+  QPainter painter(this);
+  painter.setRenderHint(QPainter::Antialiasing);
+  painter.fillRect(rect(), palette().base());
+  const int line = fontMetrics().height(), scale = fontMetrics().horizontalAdvance("-8.8e-88") + kGap;
+  const QRectF plot(2, line + 3, width() - 4 - scale, height() - line - 6);
+  double low = 0, high = 1;
+  range(low, high);
+  drawScale(painter, plot, low, high);
+  drawWords(painter, line);
   for (const auto& [name, series] : series_) {
     QPainterPath path;
     bool drawing = false;
     for (const Sample& sample : series.samples) {
+      const QPointF at(plot.right() - plot.width() * (newest_ - sample.time) / kSeconds,
+                       plot.bottom() - plot.height() * (sample.value - low) / (high - low));
       const bool finite = std::isfinite(sample.value);
-      if (finite && drawing) path.lineTo(x(sample.time), y(sample.value));
-      if (finite && !drawing) path.moveTo(x(sample.time), y(sample.value));
+      if (finite && drawing) path.lineTo(at);
+      if (finite && !drawing) path.moveTo(at);
       drawing = finite;
     }
-    painter.setPen(QPen(series.colour, 1.5));
+    painter.setPen(QPen(colourOf(series.colour), 1.5));
     painter.drawPath(path);
   }
 }

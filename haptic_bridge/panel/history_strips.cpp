@@ -10,8 +10,7 @@ double now() { return ros::SteadyTime::now().toSec(); }  // of this window: a re
 
 double norm(const geometry_msgs::Vector3& v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
 
-// Readable on a light and on a dark ground.
-const QColor kAsked("#8d6e63"), kGiven("#1e88e5"), kAskedOther("#7cb342"), kGivenOther("#ab47bc");
+constexpr int kGiven = 1, kAsked = 2, kAskedOther = 3, kGivenOther = 4;  // of HistoryStrip::colours
 
 }  // namespace
 

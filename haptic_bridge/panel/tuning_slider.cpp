@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "haptic_bridge/panel/history_strip.h"
+
 namespace haptic {
 namespace {
 
@@ -90,7 +92,7 @@ void TuningSlider::showText() {
   const bool safe = value() <= safe_ * (1 + 1e-6) + std::numeric_limits<double>::min();
   label_->setText(QString::fromStdString((safe ? "" : "unsafe ") + text_(value())));
   QPalette ink = palette();
-  if (!safe) ink.setColor(QPalette::WindowText, QColor("#d32f2f"));
+  if (!safe) ink.setColor(QPalette::WindowText, HistoryStrip::colours(ink.color(QPalette::Window).lightness() < 128)[0]);
   label_->setPalette(ink);
 }
 

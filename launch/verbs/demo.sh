@@ -1,10 +1,10 @@
 #!/bin/sh
-#: demo [--scene S] [--device D] [--rate HZ] [--seconds N] [--rviz] [--light] [--record FILE.bag|FILE.mcap]
+#: demo [--scene S] [--device D] [--rate HZ] [--seconds N] [--rviz] [--dark] [--record FILE.bag|FILE.mcap]
 #:      [--hardware | --port P | --emulate] [--default-density KG_PER_M3] [--missing-meshes box|skip|stop]
 #:      [--xacro NAME:=VALUE]... [--master-port N]
 #:                   close the loop between a device (a simulated one by default) and a scene; ends after
 #:                   N seconds (10 unless --rviz), with figures; --hardware and --port take the real device,
-#:                   --light is --rviz on a light ground; --emulate: its motor boards on a pseudo-terminal, where its file
+#:                   --dark is --rviz on a dark ground; closing rviz ends the demo; --emulate: its motor boards on a pseudo-terminal, where its file
 #:                   names boards (--device uart: those of SPIDAR-G6X5R); --scene param:/robot_description takes the
 #:                   robot from the parameter server of ROS_MASTER_URI; its own master is at a free port, which it prints for
 #:                   rosservice and rostopic in other shells, or at --master-port (11311: they find it as it is)
@@ -16,7 +16,7 @@ TARGETS='haptic_bridge penalty_sim spidar_driver penalty_sim_node spidar_driver_
 
 # Judges the words of the call; what they stand for is set here and read below.
 read_call() {
-  judge demo scene=scene device=text rate=number seconds=number rviz light record=text hardware emulate port=port \
+  judge demo scene=scene device=text rate=number seconds=number rviz dark record=text hardware emulate port=port \
     default-density=number missing-meshes=box,skip,stop xacro=setting+ master-port=count -- "$@"
   at_most 0 demo 'options alone'
   option_scene=${option_scene:-touch_cube} option_device=${option_device:-spidar_g6x3r}
@@ -26,8 +26,8 @@ read_call() {
     *) scene_file=$(find_scene "$option_scene") || exit 1 ;;
   esac
   device_file=$(find_device "$option_device") || exit 1
-  rviz=${option_rviz:-${option_light:-false}} ground=dark wire='twin' port=$option_port record=''
-  [ -z "$option_light" ] || ground=light
+  rviz=${option_rviz:-${option_dark:-false}} ground=light wire='twin' port=$option_port record=''
+  [ -z "$option_dark" ] || ground=dark
   [ -z "$option_hardware$option_port" ] || wire='file'
   [ -z "$option_emulate" ] || ensure_boards demo "$device_file"
   [ -z "$option_emulate" ] || [ -z "$option_hardware$option_port" ] || fail 'demo: --emulate stands in for the hardware: take one of them'
@@ -112,11 +112,15 @@ with_progress demo "$log" roslaunch -p "$master" --disable-title --skip-log-chec
   rviz:="$rviz" ground:="$ground" record:="$record" figures:="$lines" default_density:="${option_default_density:-0}" \
   missing_meshes:="${option_missing_meshes:-stop}" xacro:="$(printf %s "$option_xacro" | sed 's/:=/=/' | tr '\n' ' ')"  # roslaunch takes no := within an argument
 code=$?
-if [ "$code" != 0 ] || ! [ -s "$lines" ]; then
+# Whoever closes rviz ends a demo that counts no seconds: it has no figures, and that is no fault.
+closed=false
+[ "$rviz" = false ] || [ -s "$lines" ] || ! grep -q 'REQUIRED process \[view' "$log" || closed=true
+if [ "$code" != 0 ] || ! { [ "$closed" = true ] || [ -s "$lines" ]; }; then
   first_told() { sed -n "s/\x1b\[[0-9;]*m//g; s/^\[ *$1\] *\(\[[^]]*\]\)*:* *//p" "$log" | head -n 1; }
   reason=$(first_told FATAL)
   [ -n "$reason" ] || [ -z "$record" ] || reason=$(first_told ERROR)  # rosbag's: it ends where it cannot record
   fail "demo: ${reason:-stopped before its figures were written; see $log}"
 fi
+[ "$closed" = false ] || echo 'demo: rviz was closed, which ends the demo'
 echo "demo: core library $(sed -n 's/.*core: .*, library \([^,]*\),.*/\1/p' "$log" | head -n 1)"
 tell_results

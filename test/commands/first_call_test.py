@@ -224,7 +224,7 @@ class WhereNothingIsBuilt(Bare):
 
 # Options that bring a section with them, and verbs that need no more than their name. Those of rviz need a display, by name.
 CALLS = (["demo"], ["demo", "--missing-meshes", "box"], ["demo", "--missing-meshes", "skip"], ["demo", "--record", "a.bag"], ["demo", "--rviz"],
-         ["demo", "--light"], ["demo", "--emulate", "--device", "uart"], ["demo", "--hardware"], ["demo", "--rate", "2000", "--xacro", "a:=1"],
+         ["demo", "--dark"], ["demo", "--emulate", "--device", "uart"], ["demo", "--hardware"], ["demo", "--rate", "2000", "--xacro", "a:=1"],
          ["check", "touch_cube", "--strict", "--all"], ["check", "spidar_g6x3r", "--picture", "a.svg"], ["check", "friction"],
          ["latency", "--device", "spidar_g6x3r"], ["build"], ["test"], ["test", "core_base"], ["test", "--sanitize", "address"],
          ["bench", "contact"], ["bench", "python"], ["bench", "fuzz"], ["bench", "experiment"], ["report"], ["report", "rest", "--quick"],
@@ -262,7 +262,7 @@ class Product(WhereNothingIsBuilt):
             if through != "run":
                 run = os.path.join(folder, through)
                 os.symlink(os.path.join(place, "run"), run)
-            more = {"DISPLAY": ":99"} if {"--rviz", "--light", "--windows"} & set(words) else {}
+            more = {"DISPLAY": ":99"} if {"--rviz", "--dark", "--windows"} & set(words) else {}
             if home:
                 more["HOME"] = home
             machine, code, said = self.first(*words, machine=machine, place=place, user=user, run=run, **more)

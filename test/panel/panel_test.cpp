@@ -8,11 +8,14 @@
 #include <haptic_msgs/TickStatistics.h>
 #include <ros/ros.h>
 
+#include <QAbstractButton>
 #include <QApplication>
 #include <QLabel>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <map>
 #include <set>
 
 #include "panel_user.h"
@@ -166,6 +169,62 @@ TEST_F(Panel, AnotherSceneAndRefusedOnes) {
   EXPECT_EQ(loop.plan.scene, "blocks");
   ask("touch_cube");
   EXPECT_TRUE(user->waitFor([this] { return loop.plan.scene == "touch_cube"; }));
+}
+
+double luminance(QRgb colour) {
+  const auto linear = [](int byte) { return byte <= 10 ? byte / 255.0 / 12.92 : std::pow((byte / 255.0 + 0.055) / 1.055, 2.4); };
+  return 0.2126 * linear(qRed(colour)) + 0.7152 * linear(qGreen(colour)) + 0.0722 * linear(qBlue(colour));
+}
+
+/// WCAG ratio between the most frequent colour of a widget's picture and the one that stands out most: its ground and its letters.
+double contrastOf(QWidget& widget) {
+  const QImage image = widget.grab().toImage();
+  std::map<QRgb, int> count;
+  for (int x = 0; x < image.width(); ++x) {
+    for (int y = 0; y < image.height(); ++y) ++count[image.pixel(x, y)];
+  }
+  const auto ground = std::max_element(count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+  double most = 1;
+  for (const auto& [colour, pixels] : count) {
+    const double a = luminance(colour), b = luminance(ground->first);
+    most = std::max(most, (std::max(a, b) + 0.05) / (std::min(a, b) + 0.05));
+  }
+  return most;
+}
+
+// The row's and the cards' colours for all states: told_states_test.
+TEST_F(Panel, EachWordStandsOut) {
+  double least = 21;
+  int words = 0;
+  QWidget* const window = user->panel()->window();
+  for (QWidget* widget : window->findChildren<QWidget*>()) {
+    const auto* label = qobject_cast<QLabel*>(widget);
+    const auto* button = qobject_cast<QAbstractButton*>(widget);
+    const bool ours = user->panel()->isAncestorOf(widget) || widget->objectName() == "row";
+    if (!ours || !widget->isVisible() || !((label && !label->text().isEmpty()) || (button && !button->text().isEmpty()))) continue;
+    const double contrast = contrastOf(*widget);
+    EXPECT_GE(contrast, 4.5) << widget->objectName().toStdString() << " " << (label ? label->text() : button->text()).toStdString();
+    least = std::min(least, contrast);
+    ++words;
+  }
+  EXPECT_GT(words, 20);
+  std::printf("figure rviz.contrast_min %.3g 1\n", least);
+}
+
+// The first picture is fitted to the hand and to what it may touch; a banner says what goes on in the whole window.
+TEST_F(Panel, BannersStandAboveThePicture) {
+  auto* row = user->panel()->window()->findChild<QLabel*>("row");
+  ASSERT_NE(row, nullptr);
+  const auto says = [row](const char* words) { return row->text().contains(words); };
+  EXPECT_TRUE(row->isVisible());
+  enable();
+  ASSERT_TRUE(user->waitFor([&] { return says("touch_cube"); })) << row->text().toStdString();
+  act("Banner of the pause", [] { user->click("Pause"); }, [&] { return says("PAUSED"); });
+  if (const char* file = std::getenv("HAPTIC_PAUSED_PICTURE")) user->picture(file);
+  act("Banner goes", [] { user->click("Go on"); }, [&] { return !says("PAUSED"); });
+  act("Banner of the clutch", [] { user->click("Clutch"); }, [&] { return says("CLUTCH"); });
+  user->click("Follow");
+  ASSERT_TRUE(user->waitFor([&] { return !says("CLUTCH"); }));
 }
 
 TEST_F(Panel, AViewFollowsTheGrip) {

@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Looks at a bag or MCAP file that a run says it has recorded: look_at_recording.py FILE BEGIN TICKS; BEGIN is a
-file that the run made when it began. Silent and 0 when all of the run's ticks are in it."""
+file that the run made when it began. Silent and 0 when all of the run's ticks are in it; TICKS empty: any."""
 import os
 import struct
 import sys
@@ -39,10 +39,10 @@ def complaint(path, begin, ticks):
     except (rosbag.ROSBagException, mcap_file.Damaged, OSError, ValueError, struct.error) as error:
         return f"cannot be read ({error}): is the disk full?"
     rest = "" if is_mcap else " (rosbag leaves the last 1 GB of a disk free)"
-    return "" if kept == ticks else f"holds {kept} of {ticks} ticks: is the disk full?{rest}"
+    return "" if kept == ticks or (ticks is None and kept > 0) else f"holds {kept} of {ticks} ticks: is the disk full?{rest}"
 
 
-why = complaint(sys.argv[1], sys.argv[2], int(float(sys.argv[3])))
+why = complaint(sys.argv[1], sys.argv[2], int(float(sys.argv[3])) if sys.argv[3] else None)
 if why:
     print(f"{sys.argv[1]} {why}", file=sys.stderr)
     sys.exit(1)
