@@ -24,7 +24,7 @@ class Front:
     def stop(self):
         """STOP by a key or button: the force ends and both sides see it at once; the session hears of it as an event."""
         threading.Thread(target=self.on_stop, daemon=True).start()
-        self.state('STOP: the force is off', 'the experimenter goes on with Pause')
+        self.state('STOP: the force is off', 'the experimenter goes on: Pause, or Space in the other window')
         self.events.put(('stop', ''))
 
     def state(self, text, detail=''):

@@ -158,7 +158,7 @@ class SessionRun:
         self.folder.append(row)
         self.mark('trial_end')
         if row['status'] in ('stopped', 'unplugged', 'interrupted'):
-            self.front.state(f"No force: {row['status']}", 'wait for the experimenter, who goes on with Pause')
+            self.front.state(f"No force: {row['status']}", 'wait for the experimenter, who goes on: Pause, or Space there')
             self.front.tell(f"trial {self.trial} {row['status']}: {row['note']}; it is repeated")
             self.recover()
         elif row['status'] not in ACCEPTED:
@@ -283,7 +283,7 @@ class SessionRun:
     def paused(self):
         """Until the experimenter goes on. The trial that it falls into is repeated."""
         self.mark('pause')
-        self.front.state('A pause', 'Pause again to go on')
+        self.front.state('A pause', 'Space or Pause to go on')
         self.until('pause', 'begin')
         raise Repeated()
 
@@ -444,7 +444,7 @@ class SessionRun:
 
     def until_ready(self):
         """The experimenter says that the device is."""
-        self.front.tell('press pause to go on when the device is ready; calibrate with the grip held at home where it says so')
+        self.front.tell('Pause or Space goes on when the device is ready; calibrate with the grip held at home where it says so')
         self.until('pause')
 
 

@@ -108,11 +108,17 @@ class ExperimenterWindow(QWidget):
         self.setWindowTitle('experimenter')
         self.setMinimumWidth(EXPERIMENTER_WIDTH)
         self.bar, self.now, self.after, self.lines, self.note = QProgressBar(), QLabel('starting'), QLabel(), QPlainTextEdit(), QLineEdit()
+        self.seen = QLabel()  # what the subject reads
+        self.seen.setWordWrap(True)
         self.lines.setReadOnly(True)
+        self.lines.setFocusPolicy(Qt.NoFocus)
+        self.note.setFocusPolicy(Qt.ClickFocus)  # else the keys are the window's
+        self.setFocusPolicy(Qt.StrongFocus)
         self.note.setPlaceholderText('a note for this trial, then Enter')
         self.note.returnPressed.connect(self.take_note)
         button = QPushButton('STOP (Esc)')
         button.setStyleSheet('background:#b00;color:white;font-weight:bold;padding:10px')
+        button.setFocusPolicy(Qt.NoFocus)  # Space goes on; it must not stop
         button.clicked.connect(lambda: stop())
         button.setFixedHeight(STOP_HEIGHT)
         layout = QGridLayout(self)
@@ -128,16 +134,18 @@ class ExperimenterWindow(QWidget):
             button.setFixedHeight(BUTTON_HEIGHT)
             button.clicked.connect(lambda _, kind=kind: events.put((kind, '')))
             layout.addWidget(button, 1, column)
-        layout.addWidget(self.status, 5, 0, 1, len(BUTTONS))
-        layout.addWidget(self.banner, 6, 0, 1, len(BUTTONS))
-        layout.addWidget(self.note, 7, 0, 1, len(BUTTONS))
-        layout.addWidget(self.lines, 8, 0, 1, len(BUTTONS))
+        for row, widget in enumerate((self.status, self.seen, self.banner, self.note, self.lines), 5):
+            layout.addWidget(widget, row, 0, 1, len(BUTTONS))
 
     def take_note(self):
         if self.note.text().strip():
             self.events.put(('note', self.note.text().strip()))
             self.lines.appendPlainText(f'note: {self.note.text().strip()}')
             self.note.clear()
+        self.setFocus()
+
+    def show_text(self, text, detail=''):
+        self.seen.setText(f'the subject reads: {text}' + (f' ({detail})' if isinstance(detail, str) and detail else ''))
 
     def show_progress(self, done, total, now, after):
         self.bar.setRange(0, total)
@@ -149,6 +157,8 @@ class ExperimenterWindow(QWidget):
     def keyPressEvent(self, event):  # noqa: N802 (Qt's name)
         if event.key() == Qt.Key_Escape:
             self.stop()
+        elif event.key() in (Qt.Key_Space, Qt.Key_Return, Qt.Key_Enter):
+            self.events.put(('pause', ''))
 
     def closeEvent(self, event):  # noqa: N802 (Qt's name)
         self.events.put(('abort', ''))
@@ -185,6 +195,8 @@ class WindowFront(Front):
         self.subject, self.experimenter = SubjectWindow(self.events, self.stop), ExperimenterWindow(self.events, self.stop)
         self.said.text.connect(self.subject.show_text)
         self.said.question.connect(self.subject.ask)
+        for said in (self.said.text, self.said.question):
+            said.connect(self.experimenter.show_text)
         self.said.progress.connect(self.experimenter.show_progress)
         for window in (self.subject, self.experimenter):
             self.said.state.connect(window.banner.say)

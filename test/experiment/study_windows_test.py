@@ -34,6 +34,43 @@ WIDTH, HEIGHT = 1280, 800  # of the screen [pixels]
 LIMIT = 300  # [s] for each event: it takes a second or two on an idle machine
 
 
+HOOK = """
+import os, sys, threading, time
+
+def watched(run):
+    from PyQt5.QtCore import QEvent, QObject, Qt
+
+    class Watch(QObject):
+        begin, drawn = None, set()
+
+        def eventFilter(self, widget, event):
+            if event.type() == QEvent.KeyPress and event.key() == Qt.Key_Escape and self.begin is None:
+                self.begin, self.drawn = time.monotonic(), set()
+            elif event.type() == QEvent.Paint and self.begin is not None and type(widget).__name__ == 'Banner':
+                self.drawn.add(id(widget))
+                if len(self.drawn) == 2:
+                    with open(os.environ['STUDY_TIMES'], 'a') as file:
+                        file.write(f'{time.monotonic() - self.begin}\\n')
+                    self.begin = None
+            return False
+
+    def run_watched(front, work):
+        front.watch = Watch()
+        front.application.installEventFilter(front.watch)
+        return run(front, work)
+    return run_watched
+
+def wait():
+    while not hasattr(sys.modules.get('windows'), 'WindowFront'):
+        time.sleep(0.002)
+    front = sys.modules['windows'].WindowFront
+    front.run = watched(front.run)
+
+if 'STUDY_TIMES' in os.environ and any('experiment.py' in word for word in sys.orig_argv):
+    threading.Thread(target=wait, daemon=True).start()
+"""
+
+
 class Windows(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
@@ -53,9 +90,18 @@ class Windows(unittest.TestCase):
         self.addCleanup(self.log.close)
         self.words = [RUN, 'experiment', study, '--subject', 's01', '--output', self.folder.name]
 
+        self.times = os.path.join(self.folder.name, 'times')
+        open(self.times, 'w', encoding='utf-8').close()
+        # Python loads this at its start (site, user base): it notes in the program itself how long a banner takes from the key on.
+        hook = os.path.join(self.folder.name, 'lib', f'python{sys.version_info[0]}.{sys.version_info[1]}', 'site-packages', 'usercustomize.py')
+        os.makedirs(os.path.dirname(hook))
+        with open(hook, 'w', encoding='utf-8') as file:
+            file.write(HOOK)
+
     def begin(self, *words):
         self.run = subprocess.Popen(self.words + list(words), stdin=subprocess.DEVNULL, stdout=self.log, stderr=self.log,
-                                    env={**os.environ, 'DISPLAY': self.display, 'LIBGL_ALWAYS_SOFTWARE': '1', 'QT_X11_NO_MITSHM': '1'})
+                                    env={**os.environ, 'DISPLAY': self.display, 'LIBGL_ALWAYS_SOFTWARE': '1', 'QT_X11_NO_MITSHM': '1',
+                                         'PYTHONUSERBASE': self.folder.name, 'STUDY_TIMES': self.times})
         self.addCleanup(self.end, self.run)
 
     @staticmethod
@@ -144,19 +190,22 @@ class Windows(unittest.TestCase):
             time.sleep(0.1)
         self.assertEqual(self.x('search', '--name', name), [])
 
-    def stop_is_seen_in_both(self, subject, experimenter):
-        """Esc in the subject's window: a red banner in either, at once; pictures of the screen take some of the time."""
-        places = [self.geometry(window) for window in (subject, experimenter)]
+    def stop_is_seen_in_both(self, window, both):
+        """Esc: a red banner in either window; how long from the key's arrival in one to the later drawing."""
+        before, count = [self.red(each) for each in both], len(self.seen())
+        self.key(window, 'Escape')
+        self.until(lambda: all(self.red(each) > was + 2000 for each, was in zip(both, before)), 'STOP in both windows')
+        return self.until(lambda: self.seen()[count:], 'the time of the drawing')[0]
 
-        def red(shot, place):
-            part = shot[max(0, place['Y']):place['Y'] + place['HEIGHT'], max(0, place['X']):place['X'] + place['WIDTH']]
-            return int(((part[..., 0] > 150) & (part[..., 1:].max(axis=2) < 40)).sum())
-        before = [red(self.picture(), place) for place in places]
-        begin = time.monotonic()
-        self.key(subject, 'Escape')
-        seen = lambda: all(red(self.picture(), place) > was + 2000 for place, was in zip(places, before))  # noqa: E731
-        self.until(seen, 'STOP in both windows')
-        print(f'figure study.stop_seen_ms_max {1e3 * (time.monotonic() - begin):.0f} ms')
+    def red(self, window):
+        """Pixels of a banner in it."""
+        place, shot = self.geometry(window), self.picture()
+        part = shot[max(0, place['Y']):place['Y'] + place['HEIGHT'], max(0, place['X']):place['X'] + place['WIDTH']]
+        return int(((part[..., 0] > 150) & (part[..., 1:].max(axis=2) < 40)).sum())
+
+    def seen(self):
+        with open(self.times, encoding='utf-8') as file:
+            return [float(line) for line in file]
 
     def test_a_session_by_keys_and_clicks(self):
         self.begin('--windows')
@@ -175,14 +224,22 @@ class Windows(unittest.TestCase):
         for row in (first, second):
             greater = (row['response'] == 'second') == (row['comparison'] == '2')
             self.assertEqual(row['correct'], str(int(greater == (float(row['level']) > 1e7))))
-        self.stop_is_seen_in_both(subject, experimenter)
+        both = (subject, experimenter)
+        longest = self.stop_is_seen_in_both(subject, both)
         self.until(lambda: len(self.rows()) >= 3, 'the row of the trial that STOP ended')
         self.assertEqual(self.rows()[2]['status'], 'stopped')
+        self.key(subject, 'space')  # after STOP the experimenter alone goes on, here by a key
+        time.sleep(1)
+        self.assertEqual(len(self.rows()), 3)
+        self.until(lambda: self.key(experimenter, 'space') or self.red(subject) < 2000, 'a session that goes on by a key')
+        longest = max(longest, self.stop_is_seen_in_both(experimenter, both))
+        print(f'figure study.stop_seen_ms_max {1e3 * longest:.0f} ms')
+        self.until(lambda: len(self.rows()) >= 4, 'the row of the second trial that STOP ended')
         geometry = dict(re.findall(r'(WIDTH|HEIGHT)=(\d+)', '\n'.join(self.x('getwindowgeometry', '--shell', experimenter))))
         width = int(geometry['WIDTH'])
         self.click(experimenter, width // 10, BUTTONS_AT)
-        self.answer(subject, '1', 4)
-        self.assertEqual(self.rows()[3]['order'], self.rows()[2]['order'], 'the trial that was stopped comes again')
+        self.answer(subject, '1', 5)
+        self.assertEqual({row['order'] for row in self.rows()[2:5]}, {self.rows()[2]['order']}, 'the trial that was stopped comes again')
         self.click(experimenter, 9 * width // 10, BUTTONS_AT)
         self.assertEqual(self.run.wait(LIMIT), 3, self.said())
         self.assertIn('the same command goes on', self.said())
