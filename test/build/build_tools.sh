@@ -35,28 +35,14 @@ expect() {  # WHERE: a shell that sources WHERE/setup.sh finds every package
   sh -c '. "$0/setup.sh"; for package; do rospack find "$package" >/dev/null || exit 1; done' "$1" $packages
 }
 
-# Users without catkin: an installed core, found by find_package in a project of five lines.
+# Users without catkin: an installed core, found by find_package in the project that the documentation shows.
 build_consumer() {
   build core
   ninja -C b/alone/haptic_core install
-  mkdir -p b/user
-  cat >b/user/CMakeLists.txt <<'TEXT'
-cmake_minimum_required(VERSION 3.16)
-project(user CXX)
-find_package(haptic_core REQUIRED)
-add_executable(user user.cpp)
-target_link_libraries(user haptic_core::haptic_core)
-TEXT
-  cat >b/user/user.cpp <<'TEXT'
-#include <cstdio>
-#include "haptic_core/spidar/device_def.h"
-int main(int argc, char** argv) {
-  if (argc == 2) std::printf("%s\n", haptic::loadDevice(argv[1]).name.c_str());
-}
-TEXT
-  cmake -S b/user -B b/user/build -G Ninja -DCMAKE_PREFIX_PATH="$copy/b/prefix"
-  ninja -C b/user/build
-  b/user/build/user "$copy/urdf/devices/spidar_g6x3r.yaml"
+  cmake -S launch/doc/hello_touch -B b/hello -G Ninja -DCMAKE_PREFIX_PATH="$copy/b/prefix"
+  ninja -C b/hello
+  b/hello/hello_touch urdf/devices/spidar_g6x3r.yaml | tee b/hello/said
+  tail -n 1 b/hello/said | awk '$5 > 0.5 && $5 < 4 { felt = 1 } END { exit !felt }'  # 2 mm into 2000 N/m, by a hand of 500 N/m
 }
 
 # shellcheck disable=SC2086 # several words
