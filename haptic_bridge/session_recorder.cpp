@@ -1,5 +1,7 @@
 #include "haptic_bridge/session_recorder.h"
 
+#include <haptic_msgs/recorded_messages.h>
+
 #include <boost/make_shared.hpp>
 
 namespace haptic {
@@ -109,16 +111,17 @@ void SessionRecorder::drain() {
         strings_.erase(strings_.begin() + e.command.hand);
       }
       if (const auto* change = std::get_if<ChangeBodies>(&e.command.kind)) follow(*change->packed);
-      const haptic_msgs::LoopEvent message = toLoopEvent(e);
+      haptic_msgs::LoopEvent message = toLoopEvent(e);
+      message.header.stamp = ros::Time::now();
       flight_.add(message);
       if (events_) events_.publish(message);
       waiting_events_.pop_front();
     }
     if (!more || tick.input.hands > static_cast<int>(strings_.size())) continue;
-    if (run.ticks < kTicksPerMessage && addTick(tick, strings_, run)) continue;
+    if (run.ticks < kTicksPerMessage && addTick(tick.input, tick.hash, strings_, run)) continue;
     publish(run);
     run = haptic_msgs::TickRecord();
-    addTick(tick, strings_, run);
+    addTick(tick.input, tick.hash, strings_, run);
   }
   publish(run);
 }

@@ -25,7 +25,7 @@ _haptic_run() {
   fi
   unset -f _haptic_names
   local files=no  # where a path may stand
-  case $verb in analyse | check | demo | experiment | export | replay | report) [[ $COMP_CWORD = 1 || $word == -* ]] || files=yes ;; esac
+  case $verb in analyse | check | demo | experiment | export | replay | report | shrink) [[ $COMP_CWORD = 1 || $word == -* ]] || files=yes ;; esac
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word"; [ "$files" = no ] || compgen -f -- "$word")
 }
 complete -o filenames -F _haptic_run run ./run

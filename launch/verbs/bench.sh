@@ -178,7 +178,7 @@ bench_experiment() {
 
 # What people see, type and publish: frames, numbers, recordings that were cut, studies. It takes half an hour.
 bench_workbench() {
-  setup run pages python experiment test tools
+  setup run pages python experiment test tools view docs
   build_stack 'all tests' ON
   use_build
   with_progress 'bench workbench' "$LOGS/bench-workbench.log" python3 -B test/benchmark/workbench.py --build "$BUILD" || failed=workbench

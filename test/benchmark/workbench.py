@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """What people see, type and publish: numbers that Python takes, frames that references keep, recordings that were cut, and studies: bias and
-coverage of each method, trials to an interval of a given width, a BIDS dataset before its validator.
+coverage of each method, trials to an interval of a given width, a BIDS dataset before its validator; the first picture and the words in rviz,
+STOP in a study's windows, faults that are shrunk, what the site costs.
 
     workbench.py --build BUILD [--only PART]...
 """
@@ -9,6 +10,7 @@ import json
 import math
 import os
 import re
+import resource
 import shutil
 import subprocess
 import sys
@@ -221,7 +223,34 @@ def cuts(options):
     figure('cut.used', used, f'of_{len(CUTS)}')
 
 
-PARTS = {'frames': frames, 'numbers': numbers, 'cuts': cuts, 'bids': bids, 'studies': studies, 'widths': widths}
+def rviz(options):
+    """The first picture of each shipped scene, words for each state, and contrast in the window itself."""
+    lines_of(found(options.build, 'scene_test'), '--gtest_filter=SceneView.*')
+    lines_of(found(options.build, 'told_states_test'))
+    lines_of('rostest', '--text', os.path.join(ROOT, 'test', 'panel', 'panel.test'))
+
+
+def stop(_):
+    program = os.path.join(ROOT, 'test', 'experiment', 'study_windows_test.py')
+    lines_of(sys.executable, '-B', program, 'Windows.test_a_session_by_keys_and_clicks')
+
+
+def shrink(_):
+    lines_of(sys.executable, '-B', os.path.join(ROOT, 'test', 'commands', 'shrink_test.py'), '--seeded', '20')
+
+
+def docs(options):
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run([os.path.join(ROOT, 'run'), 'docs'], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    figure('docs.cpu_s', after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, 's')
+    files = [os.path.join(folder, name) for folder, _, names in os.walk(os.path.join(options.build, 'docs', 'html')) for name in names]
+    figure('docs.mb', 1e-6 * sum(map(os.path.getsize, files)), 'MB')
+    with open(os.path.join(options.build, 'log', 'docs.figures'), encoding='utf-8') as file:
+        print(''.join(line for line in file if line.startswith('figure docs.search_found')), end='', flush=True)
+
+
+PARTS = {'frames': frames, 'numbers': numbers, 'cuts': cuts, 'rviz': rviz, 'stop': stop, 'shrink': shrink, 'docs': docs, 'bids': bids, 'studies': studies, 'widths': widths}
 
 
 def main():
