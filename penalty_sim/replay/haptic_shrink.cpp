@@ -88,8 +88,8 @@ int main(int argc, char** argv) {
   std::string plain;
   for (const std::string& name : shrunk.plain) plain += (plain.empty() ? "; plain: " : ", ") + name;
   std::printf("%s: %zu of %zu bodies, %zu of %zu ticks, %zu of %zu commands%s; %.1f kB, replayed bit for bit, %d attempts\n",
-              fault.name.c_str(), shrunk.attempt.links(), whole.links(), shrunk.attempt.ticks.size(), whole.ticks.size(), shrunk.attempt.events.size(),
-              whole.events.size(), plain.c_str(), kilobytes(options.output), shrunk.attempts);
+              fault.name.c_str(), shrunk.attempt.links(), whole.links(), shrunk.attempt.ticks.size(), whole.ticks.size(),
+              shrunk.attempt.events.size(), whole.events.size(), plain.c_str(), kilobytes(options.output), shrunk.attempts);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   std::printf("figure shrink.ratio %.4g 1\nfigure shrink.minutes %.3g min\n", after / before, seconds / 60);
   return 0;
