@@ -66,6 +66,7 @@ void Camera::fit() {
   const rviz::RenderPanel& panel = *manager_->getRenderPanel();
   fitted_ = fitCamera(points, yaw_, kPitch, std::tan(number(camera, "Field of View") / 2),
                       static_cast<double>(panel.width()) / std::max(1, panel.height()));
+  camera.subProp("Target Frame")->setValue("<Fixed Frame>");  // a view that followed the grip has left its own
   camera.subProp("Near Clip Distance")->setValue(kNearClip);
   camera.subProp("Yaw")->setValue(fitted_.yaw);
   camera.subProp("Pitch")->setValue(fitted_.pitch);

@@ -234,7 +234,8 @@ TEST_F(Panel, AViewFollowsTheGrip) {
     user->waitFor([n = 0]() mutable { return ++n > 60; });
     user->picture(file);
   }
-  act("View of the whole scene", [&] { pick("Home"); }, [] { return user->view() == "rviz/Orbit"; });
+  act("View of the hand", [&] { pick("Home"); }, [] { return user->view() == "rviz/Orbit"; });
+  EXPECT_EQ(user->viewFrame(), "<Fixed Frame>") << "not that of the view before";
 }
 
 TEST_F(Panel, StripsDraw) {

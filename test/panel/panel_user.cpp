@@ -137,6 +137,10 @@ std::string PanelUser::view() const {
   return frame_->getManager()->getViewManager()->getCurrent()->getClassId().toStdString();
 }
 
+std::string PanelUser::viewFrame() const {
+  return frame_->getManager()->getViewManager()->getCurrent()->subProp("Target Frame")->getValue().toString().toStdString();
+}
+
 void PanelUser::picture(const std::string& file) {
   QProcess process;
   process.start("import", {"-window", "root", QString::fromStdString(file)});

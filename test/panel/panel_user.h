@@ -44,6 +44,7 @@ class PanelUser {
   bool shows(const std::string& part_of_line) const;  ///< one of the lines at the bottom
   void forgetLines();
   std::string view() const;  ///< class of the current camera
+  std::string viewFrame() const;  ///< that it moves with
   void picture(const std::string& file);
 
  private:
