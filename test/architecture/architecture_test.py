@@ -14,6 +14,7 @@ CORE = {
     "contact": {"base", "geometry"},
     "dynamics": {"base"},
     "spidar": {"base"},
+    "design": {"base", "spidar"},
     "world": {"base", "geometry", "contact", "dynamics", "stepping"},
     "stepping": {"base", "geometry", "contact", "dynamics", "world"},
     "analysis": {"base", "geometry", "contact", "dynamics", "world", "spidar"},
