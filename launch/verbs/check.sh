@@ -9,6 +9,10 @@
 #: check STUDY [--subject ID] [--session N] [--seed N] [--order] [--device D]
 #:                   a study's trials, time and order, and what the hand will get of each of its conditions
 #: check DEVICE      what an arrangement of strings can do, what is wrong with it, its first-motion test
+#: check DEVICE --report FILE.html [--beside DEVICE] [--force N] [--torque NM]
+#:                   the same, and a page, also of two devices side by side: the certified workspace over translations and turns for every
+#:                   force up to N (1) together with every torque up to NM (what N makes at the knots), the largest box and ball in it,
+#:                   conditioning, isotropy, stiffness, and which strings come near one another
 #: check SCENE | DEVICE ... --picture FILE.svg
 #:                   the same, and a picture: the certificate as bars; where the device presents which force in every direction
 . "$(dirname "$0")/parts/start.sh"
@@ -16,6 +20,7 @@
 # What a scene's check, a study's and a device's take, and of what kind it is.
 SCENE_OPTIONS='all json device=device rate=number default-density=number srdf=file strict missing-meshes=box,skip,stop xacro=setting+ rigid scenes=folder'
 STUDY_OPTIONS='subject=text session=count seed=whole order device=device'
+DEVICE_OPTIONS='report=output beside=device force=number torque=number'
 
 check_study() {
   local device
@@ -35,16 +40,37 @@ check_study() {
 }
 
 check_device() {
-  judge 'check of a device' picture=output -- "$@"
+  # shellcheck disable=SC2086 # one word per option
+  judge 'check of a device' $DEVICE_OPTIONS picture=output -- "$@"
   at_most 1 'check of a device' 'one device'
   device_file=$(find_device "$option_word_1") || exit 1
+  [ -n "$option_report" ] || [ -z "$option_beside$option_force$option_torque" ] ||
+    fail 'check of a device: --beside, --force and --torque are of the page; give its place by --report FILE.html'
   SETUP_BUILDS=device_check
   # shellcheck disable=SC2046 # one word per section
   setup run $([ -z "$option_picture" ] || echo python)
   build_stack "device_check$([ -z "$option_picture" ] || echo ' haptic_python')"
   use_build
   show_and_keep check "$BUILD/devel/lib/spidar_driver/device_check" "$device_file"
-  draw_and_exit "$?" device "$device_file"
+  device_verdict=$?
+  [ "$device_verdict" -lt 2 ] && [ -n "$option_report" ] && write_report
+  draw_and_exit "$device_verdict" device "$device_file"
+}
+
+# The page of `device_file`, and of the device beside it.
+write_report() {
+  local each said
+  [ -z "$option_torque" ] || [ -n "$option_force" ] || option_force=1
+  set -- "$(absolute "$option_report")"
+  for each in "$device_file" "$option_beside_file"; do
+    [ -n "$each" ] || continue
+    said=$LOGS/check-report-$(basename "$each" .yaml).json
+    echo "check: certifying the workspace of $(basename "$each" .yaml), some seconds"
+    "$BUILD/devel/lib/spidar_driver/device_check" "$each" --report ${option_force:+"$option_force"} ${option_torque:+"$option_torque"} >"$said" ||
+      exit 1
+    set -- "$@" "$said"
+  done
+  python3 -B "$ROOT/spidar_driver/report/device_page.py" "$@" || exit 1
 }
 
 check_scene() {
@@ -84,7 +110,7 @@ draw_and_exit() {  # CODE KIND SOURCE
 
 # The first word that is no option tells whether it is a scene, a device or a study.
 # shellcheck disable=SC2086 # one word per option
-judge check $SCENE_OPTIONS $STUDY_OPTIONS picture=output -- "$@"
+judge check $SCENE_OPTIONS $STUDY_OPTIONS $DEVICE_OPTIONS picture=output -- "$@"
 [ "$option_words" -ge 1 ] || fail "check needs the name of a scene, device or study, or the path of its file"
 if is_study "$option_word_1"; then
   check_study "$@"

@@ -1,5 +1,7 @@
 #!/usr/bin/python3
-"""Pictures of `./run check --picture`: a device's against the reach that the check finds in another way, a scene's against its words."""
+"""Pictures of `./run check --picture`: a device's against the reach that the check finds in another way, a scene's against its words. The page
+of `./run check DEVICE --report`: against what the check finds by trying directions."""
+import json
 import os
 import re
 import sys
@@ -15,6 +17,7 @@ import check_picture  # noqa: E402
 import haptic  # noqa: E402
 
 AXES = [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)]  # the directions of the check's reach
+PLACE = os.path.join(tempfile.gettempdir(), "haptic_check_page.html")  # never written
 SVG = "{http://www.w3.org/2000/svg}"
 
 
@@ -55,6 +58,36 @@ class Pictures(unittest.TestCase):
 
     def test_wrong_words_get_one_line(self):
         for words, says in ((("touch_cube", "--picture"), "--picture"), (("touch_cube", "--picture", "/no/such/folder/a.svg"), "/no/such/folder")):
+            call = Call("check", *words)
+            self.assertNotEqual(call.code, 0)
+            self.assertEqual(len(call.errors), 1, call.errors)
+            self.assertIn(says, call.errors[0])
+
+
+class Pages(unittest.TestCase):
+    def test_a_page_of_two_devices_agrees_with_the_check_and_asks_for_nothing_from_outside(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "page.html")
+            call = Call("check", "spidar_g6x3r", "--report", path, "--beside", "spidar_4", "--force", "2")
+            self.assertEqual(call.code, 0, call.errors)
+            with open(path, encoding="utf-8") as page:
+                text = page.read()
+        self.assertIsNone(re.search(r'(src|href)=|https?://', text))
+        devices = json.loads(re.search(r'id="data">(.*?)</script>', text).group(1))
+        self.assertEqual([(device["name"], len(device["regions"])) for device in devices], [("SPIDAR-G6X3R", 2), ("SPIDAR-4", 1)])
+        # The check tries 26 directions and lets 2 % of a force be lost; the page has the worst of all.
+        force, torque = map(float, re.search(r"presentable at home in every direction: ([\d.]+) N, ([\d.]+)", call.out).groups())
+        for name, tried in (("force", force), ("torque", torque)):
+            self.assertLess(devices[0]["home"][name], 1.03 * tried)
+            self.assertGreater(devices[0]["home"][name], 0.7 * tried)
+        for device in devices:
+            for region in device["regions"]:
+                self.assertLess(region["undecided"], 0.02)
+                self.assertGreater(region["inside"], 0)
+
+    def test_wrong_words_get_one_line(self):
+        for words, says in ((("spidar_4", "--beside", "spidar_g6x3r"), "--report"), (("spidar_4", "--report", "/no/such/folder/a.html"), "folder"),
+                            (("spidar_4", "--report", PLACE, "--torque", "1"), "point grip"), (("touch_cube", "--report", PLACE), "--report")):
             call = Call("check", *words)
             self.assertNotEqual(call.code, 0)
             self.assertEqual(len(call.errors), 1, call.errors)
