@@ -53,7 +53,7 @@ class PresentableSet {
  public:
   using Faces = std::vector<std::uint16_t>;  ///< sets S, by their number
 
-  PresentableSet(const DeviceDef& def, const RequiredWrench& required);
+  PresentableSet(const DeviceDef& def, const RequiredWrench& required);  ///< set-up: copies tensions, lists the sets S
   ~PresentableSet();
 
   Faces faces() const;                                  ///< all that may be faces

@@ -18,7 +18,7 @@ namespace haptic {
 
 /// When a pose belongs to the workspace, and how far cells are divided.
 struct WorkspaceSettings {
-  RequiredWrench required;
+  RequiredWrench required;                ///< to be presented all at once
   double least_singular = 0.1;            ///< σ: below, the pose is ten times less certain than the lengths [1]
   double cell_m = 2e-3;                   ///< undecided cells are divided until no wider than this [m]
   double cell_rad = 2 * M_PI / 180;       ///< likewise [rad]
