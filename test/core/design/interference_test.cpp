@@ -13,7 +13,7 @@ DeviceDef device(const std::string& name) {
   return loadDevice(std::string(HAPTIC_SOURCE_DIR) + "/urdf/devices/" + name + ".yaml");
 }
 
-// Two strings of a cross, along x at z = 0 and along y at z = 4 mm. A shift by z moves the middles of both by a sixth of it to one another.
+// Two strings of a cross, along x at z = 0 and along y at z = 4 mm.
 TEST(Interference, TwoStringsOfACross) {
   DeviceDef def = device("spidar_g6x3r");
   def.strings.resize(2);
