@@ -23,7 +23,7 @@ struct WorkspaceSettings {
   double cell_m = 2e-3;                   ///< undecided cells are divided until no wider than this [m]
   double cell_rad = 2 * M_PI / 180;       ///< likewise [rad]
   double undecided = 0.015;               ///< and until they are at most this share of the searched box [1]
-  long work = 8000000;                    ///< bound: two for each cell and one for each of its faces; then the rest stays undecided
+  long work = 12000000;                   ///< bound: two for each cell and one for each of its faces; then the rest stays undecided
 };
 
 /// A region of certified cells.
