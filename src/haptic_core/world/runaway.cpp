@@ -96,6 +96,7 @@ void startSupply(const Model& model, Work& work, State& state) noexcept {
   const MechanicalEnergy now = mechanicalEnergy(model, work.hands, work.placement, state.q.data());
   state.energy.supply = now.kinetic + springs;
   state.energy.highest = state.energy.lowest = now.potential;
+  state.energy.gravity = model.settings.gravity;
   state.energy.balance = now.kinetic + now.potential + springs;
   state.energy.balanced = true;
 }
@@ -104,6 +105,7 @@ void renewSupply(const Model& model, const Work& work, State& state) noexcept {
   const MechanicalEnergy now = mechanicalEnergy(model, work.hands, work.placement, state.q.data());
   state.energy.supply += now.kinetic + (state.energy.highest - state.energy.lowest);
   state.energy.highest = state.energy.lowest = now.potential;
+  state.energy.gravity = model.settings.gravity;
   state.energy.balanced = false;
 }
 

@@ -158,6 +158,7 @@ struct EnergySums {
   double balance = 0;      ///< after the last step; see `balanced`
   double supply = 0;       ///< what there was to draw on: motion and springs at the start, falls, hands and drives; runaway.h
   double highest = 0, lowest = 0;  ///< potential energy from which falls are counted, and down to which they went
+  Vector3 gravity = Vector3::Zero();  ///< under which those two were found [m/s²]
   bool balanced = false;   ///< false: bodies changed hands or values changed, the next step takes the balance anew
 
   /// (in realtime) Energy that a contact's dampers took from its bodies, and that its springs took beyond their own gain [J]. The pressure
@@ -183,7 +184,7 @@ struct EnergySums {
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
     visit(s.damping), visit(s.friction), visit(s.external), visit(s.turning), visit(s.stilled), visit(s.still);
-    visit(s.lost), visit(s.balance), visit(s.supply), visit(s.highest), visit(s.lowest), visit(s.balanced);
+    visit(s.lost), visit(s.balance), visit(s.supply), visit(s.highest), visit(s.lowest), visit(s.gravity), visit(s.balanced);
   }
 };
 

@@ -322,6 +322,8 @@ std::vector<double> World::save() const { return state().pack(); }
 void World::restore(const std::vector<double>& packed) {
   refuseDamaged(impl_->model, impl_->state, packed);
   impl_->begin(packed);
+  // What it may draw on was found under the gravity that held then. Under the same one, as in a replay, no bit changes.
+  if (impl_->state.energy.gravity != impl_->model.settings.gravity) renewSupply(impl_->model, impl_->work, impl_->state);
 }
 
 std::string World::planText() const {
