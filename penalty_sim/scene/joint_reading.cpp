@@ -4,12 +4,14 @@
 #include <cmath>
 #include <sstream>
 
+#include "haptic_core/dynamics/thread.h"
 #include "scene/link_inertia.h"
 #include "scene/number_bounds.h"
 
 namespace haptic {
 namespace {
 
+constexpr double kMetricAngle = M_PI / 3;  ///< between the flanks of ISO 68's threads [rad]
 constexpr double kHoldFrequency = 5;  ///< [Hz]; see giveGains
 
 double bounded(double limit) {
@@ -34,7 +36,7 @@ void readExtension(const RobotFile& robot, const JointXml& xml, JointDef& joint,
   refuseUnknownAttributes(
       robot.xml, tag,
       {"type", "position", "velocity", "linear", "angular", "drive", "drive_stiffness", "drive_damping", "spring_stiffness",
-       "spring_position"});
+       "spring_position", "lead", "thread_diameter", "thread_angle", "thread_friction"});
   position = readNumber(robot.xml, tag, "position");
   joint.velocity = readNumber(robot.xml, tag, "velocity").value_or(0);
   if (const char* drive = tag.Attribute("drive")) {
@@ -62,6 +64,9 @@ void readExtension(const RobotFile& robot, const JointXml& xml, JointDef& joint,
   if ((tag.Attribute("spring_stiffness") || tag.Attribute("spring_position")) && !isScalar(joint.type)) {
     throw SetupError(robot.at(xml), "springs are for joints of one degree", "take spring_stiffness and spring_position out");
   }
+  joint.thread_friction = readNumber(robot.xml, tag, "thread_friction").value_or(0);
+  joint.thread_radius = 0.5 * readNumber(robot.xml, tag, "thread_diameter").value_or(0);
+  joint.thread_flank = 0.5 * readNumber(robot.xml, tag, "thread_angle").value_or(kMetricAngle);
 }
 
 /// What hangs on joint `first`, at the initial pose: its load on the joint per unit of acceleration, and under gravity.
@@ -159,6 +164,36 @@ JointDef readJoint(const RobotFile& robot, const JointXml& xml, const ModelSetti
     warnings.push_back(text.str());
   }
   return joint;
+}
+
+double readLead(const RobotFile& robot, const JointXml& xml) {
+  const double lead = xml.extension ? readNumber(robot.xml, *xml.extension, "lead").value_or(0) : 0;
+  if (lead != 0 && (xml.type != "revolute" && xml.type != "continuous")) {
+    throw SetupError(robot.at(xml), "lead is for joints that turn", "give it to a revolute or continuous joint");
+  }
+  return lead;
+}
+
+void checkThread(const std::string& where, const ArticulationDef& tree, const JointDef& joint, std::vector<std::string>& notes) {
+  if (joint.thread_friction == 0 && joint.thread_radius == 0) return;
+  const bool slides = joint.type == JointType::kPrismatic && joint.mimic_joint >= 0;
+  if (!slides || !kindOf(tree.links[joint.mimic_joint].joint.type).turns) {
+    throw SetupError(where, "it has a thread and is no screw", "give it a lead, or let this slide mimic a joint that turns");
+  }
+  const Thread thread(joint);
+  if (!(joint.thread_friction >= 0) || !(joint.thread_radius > 0) || !(joint.thread_flank >= 0 && joint.thread_flank < 1.5)) {
+    throw SetupError(where, "its thread_friction must be >= 0, thread_diameter > 0 (the pitch diameter in m), thread_angle from 0 to 3 rad",
+                     "write such numbers");
+  }
+  std::ostringstream text;
+  text.precision(3);
+  text << "a friction of " << joint.thread_friction << " holds its thread at every torque";
+  if (!thread.turns()) throw SetupError(where, text.str(), "lower thread_friction, or the lead over thread_diameter");
+  text.str("");
+  text << "screw '" << tree.links[joint.mimic_joint].joint.name << "': lead " << 2e3 * M_PI * joint.mimic_multiplier
+       << " mm, locks from a thread friction of " << thread.lockingFriction() << " on and has " << joint.thread_friction
+       << ", efficiency " << 100 * thread.efficiency() << " %";
+  notes.push_back(text.str());
 }
 
 Twist readInitialTwist(const RobotFile& robot, const JointXml& xml) {

@@ -17,6 +17,12 @@ std::string knownJointTypes();
 JointDef readJoint(const RobotFile& robot, const JointXml& xml, const ModelSettings& settings,
                    std::vector<std::string>& warnings);
 
+/// <haptic:joint lead=> of a joint that turns, which makes it a screw: its link's way along the axis in a turn [m]; 0: there is none.
+double readLead(const RobotFile& robot, const JointXml& xml);
+
+/// Refuses a thread that cannot be, once mimics are known; a note tells the lead, the friction that locks, and the efficiency.
+void checkThread(const std::string& where, const ArticulationDef& tree, const JointDef& joint, std::vector<std::string>& notes);
+
 /// <haptic:joint angular= linear=> of a floating joint: initial twist in W.
 Twist readInitialTwist(const RobotFile& robot, const JointXml& xml);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <sstream>
+#include <utility>
 
 #include "haptic_core/geometry/shapes/half_space.h"
 #include "scene/contact_properties.h"
@@ -45,8 +46,9 @@ class TreeBuilder {
   bool isWorld(int xml_link) const;
   bool isPublishedRobot() const;
   void startArticulation(const Root& root);
-  void grow(int xml_link, int articulation);
+  void grow(int xml_link, int articulation, int link);
   int addLink(int articulation, int parent, int xml_link, const JointDef& joint);
+  int addMoving(int articulation, int parent, int xml_link, const JointXml& xml, JointDef joint);
   void place(int xml_link, int articulation, int link, const Pose& X_LM);
   void addCollisions(const LinkXml& link, CollisionReport& report, const Pose& X_LM, int articulation, int target);
   void refuseMotion(const std::string& where, const std::string& name, const std::string& shape, int articulation, int link) const;
@@ -136,9 +138,10 @@ void TreeBuilder::startArticulation(const Root& root) {
     joint.X_PJ = Pose();  // its origin is in X_WA already
     articulation.V_WA = readInitialTwist(robot_, robot_.joints[root.joint]);
   }
-  addLink(index, -1, root.xml_link, joint);
-  if (!model_root) joint_link_[robot_.joints[root.joint].name] = 0;
-  grow(root.xml_link, index);
+  const int link = model_root ? addLink(index, -1, root.xml_link, joint)
+                              : addMoving(index, -1, root.xml_link, robot_.joints[root.joint], joint);
+  if (!model_root) joint_link_[robot_.joints[root.joint].name] = link;
+  grow(root.xml_link, index, link);
   finish(index);
 }
 
@@ -156,9 +159,29 @@ int TreeBuilder::addLink(int articulation, int parent, int xml_link, const Joint
   return static_cast<int>(links.size()) - 1;
 }
 
+/// The link of a joint. Of a screw it turns on a link without mass, which slides by the lead.
+int TreeBuilder::addMoving(int articulation, int parent, int xml_link, const JointXml& xml, JointDef joint) {
+  const double lead = readLead(robot_, xml);
+  if (lead == 0) return addLink(articulation, parent, xml_link, joint);
+  JointDef slide;
+  slide.name = joint.name + "_slide";
+  slide.type = JointType::kPrismatic;
+  slide.X_PJ = std::exchange(joint.X_PJ, Pose());
+  slide.axis = joint.axis;
+  slide.mimic_multiplier = lead / (2 * M_PI);
+  for (double JointDef::*number : {&JointDef::thread_friction, &JointDef::thread_radius, &JointDef::thread_flank})
+    std::swap(slide.*number, joint.*number);
+  const int between = addLink(articulation, parent, xml_link, slide);
+  LinkDef& link = context_.scene.world.articulations[articulation].links[between];
+  link.name += "_slide";
+  link.joint.mimic_joint = between + 1;
+  has_inertial_[between] = true;  // it has none
+  return addLink(articulation, between, xml_link, joint);
+}
+
 /// Depth first, in the order of the file: parents come before their children.
-void TreeBuilder::grow(int xml_link, int articulation) {
-  std::vector<Visit> open = {{xml_link, -1, 0, Pose()}};
+void TreeBuilder::grow(int xml_link, int articulation, int root) {
+  std::vector<Visit> open = {{xml_link, -1, root, Pose()}};
   std::vector<std::pair<int, std::size_t>> floating;  ///< link they hang on, index in pending_
   while (!open.empty()) {
     const Visit visit = open.back();
@@ -168,7 +191,7 @@ void TreeBuilder::grow(int xml_link, int articulation) {
     if (visit.joint >= 0 && robot_.joints[visit.joint].type != "fixed") {
       JointDef joint = readJoint(robot_, robot_.joints[visit.joint], settings_, context_.scene.warnings);
       joint.X_PJ = visit.X_PM;
-      link = addLink(articulation, visit.parent, visit.xml_link, joint);
+      link = addMoving(articulation, visit.parent, visit.xml_link, robot_.joints[visit.joint], joint);
       context_.parts[settings_.prefix + robot_.links[robot_.joints[visit.joint].parent].name].children.push_back(link);
       joint_link_[robot_.joints[visit.joint].name] = link;
       X_LM = Pose();
@@ -319,9 +342,10 @@ void TreeBuilder::finish(int index) {
   const double density = robot_.inertials_left_out > 0 && !(options_.default_density > 0) ? kEstimateDensity : options_.default_density;
   completeInertias(articulation, context_.places[index], has_inertial_, density, options_.words, context_.scene);
   shareInertia(index);
-  for (std::size_t i = 0; i < articulation.links.size(); ++i) {
-    if (articulation.links[i].parent >= 0)
-      context_.scene.world.filters.push_back({index, articulation.links[i].parent, index, static_cast<int>(i)});
+  for (int i = 0; i < static_cast<int>(articulation.links.size()); ++i) {
+    int parent = articulation.links[i].parent;
+    if (parent >= 0 && articulation.links[parent].joint.mimic_joint == i) parent = articulation.links[parent].parent;  // a nut's slide
+    if (parent >= 0) context_.scene.world.filters.push_back({index, parent, index, i});
   }
   const bool hold = settings_.drive == ModelSettings::Drive::kHold ||
                     (settings_.drive == ModelSettings::Drive::kAsFile && isPublishedRobot());
@@ -405,6 +429,7 @@ void TreeBuilder::resolveMimics(ArticulationDef& articulation) {
       const JointDef& master = articulation.links[joint.mimic_joint].joint;
       joint.mimic_offset += joint.mimic_multiplier * master.mimic_offset;
       joint.mimic_multiplier *= master.mimic_multiplier;
+      joint.thread_radius *= std::abs(master.mimic_multiplier);  // the same lead angle for the first one's turn
       joint.mimic_joint = master.mimic_joint;
     }
     if (joint.mimic_joint < 0 || (std::abs(joint.mimic_multiplier) <= kMultiplierBounds.largest
@@ -425,6 +450,9 @@ void TreeBuilder::resolveMimics(ArticulationDef& articulation) {
     joint.position =
         joint.mimic_multiplier * articulation.links[joint.mimic_joint].joint.position + joint.mimic_offset;
   }
+  for (std::size_t i = 0; i < articulation.links.size(); ++i)
+    checkThread(context_.places[&articulation - context_.scene.world.articulations.data()][i], articulation, articulation.links[i].joint,
+                context_.scene.notes);
 }
 
 }  // namespace

@@ -93,6 +93,57 @@ TEST(Springs, AreReadAndHeldAgainst) {
   EXPECT_NE(refused("spring_stiffness=\"1\"", "planar").find("one degree"), std::string::npos);
 }
 
+const char kM20[] = "thread_diameter=\"0.018376\" thread_friction=\"0.15\"";
+
+TEST(Screws, SlideByTheirLeadAndTellWhenTheyLock) {
+  const std::string inside = limits(-1, 1) + "<haptic:joint lead=\"-0.0025\" position=\"0.5\" " + kM20 + "/>";
+  const SceneDef scene = loadText(robot(boxLink("base") + boxLink("a") + joint("ja", "revolute", "base", "a", inside)), kNoPointer);
+  const JointDef &slide = jointOf(scene, 1), &turn = jointOf(scene, 2);
+  EXPECT_EQ(slide.name, "ja_slide");
+  EXPECT_EQ(slide.type, JointType::kPrismatic);
+  EXPECT_EQ(slide.axis, turn.axis);
+  EXPECT_EQ(slide.mimic_joint, 2);
+  EXPECT_NEAR(slide.mimic_multiplier, -0.0025 / (2 * M_PI), 1e-18);
+  EXPECT_NEAR(slide.position, 0.5 * slide.mimic_multiplier, 1e-18);
+  EXPECT_EQ(slide.thread_friction, 0.15);
+  EXPECT_EQ(slide.thread_radius, 0.009188);
+  EXPECT_NEAR(slide.thread_flank, M_PI / 6, 1e-15);
+  EXPECT_EQ(turn.thread_friction, 0);
+  EXPECT_EQ(turn.position, 0.5);
+  EXPECT_EQ(scene.world.articulations[0].links[1].inertia.mass, 0);
+  EXPECT_TRUE(mentions(scene.notes, "screw 'ja': lead -2.5 mm, locks from a thread friction of 0.0375 on and has 0.15, efficiency 19.9 %"));
+  World world(scene.world);  // nut and base overlap: they are as neighbours
+  EXPECT_EQ(world.contactCount(), 0);
+  for (int i = 0; i < 100; ++i) world.step();
+  EXPECT_EQ(world.contactCount(), 0);
+  EXPECT_NEAR(world.joint(world.jointIndex("ja_slide")).position, -0.5 * 0.0025 / (2 * M_PI), 1e-12);
+}
+
+TEST(Screws, AreCarriagesOnSpindlesToo) {
+  const std::string links = boxLink("base") + boxLink("a") + boxLink("b") + joint("ja", "revolute", "base", "a", limits(-9, 9));
+  const auto carriage = [&](const std::string& inside) {
+    return robot(links + joint("jb", "prismatic", "base", "b", limits(-1, 1) + inside + "<haptic:joint " + kM20 + "/>"));
+  };
+  const SceneDef scene = loadText(carriage("<mimic joint=\"ja\" multiplier=\"0.0004\"/>"), kNoPointer);
+  EXPECT_EQ(jointOf(scene, 2).mimic_joint, 1);
+  EXPECT_EQ(jointOf(scene, 2).thread_friction, 0.15);
+  EXPECT_TRUE(mentions(scene.notes, "screw 'ja': lead 2.51 mm"));
+  EXPECT_NE(refusal(carriage(""), kNoPointer).find("it has a thread and is no screw"), std::string::npos);
+}
+
+TEST(Screws, ThatCannotBeAreRefused) {
+  const auto refused = [](const std::string& attributes, const std::string& type = "revolute") {
+    const std::string inside = limits(-1, 1) + "<haptic:joint " + attributes + "/>";
+    return refusal(robot(boxLink("base") + boxLink("a") + joint("ja", type, "base", "a", inside)), kNoPointer);
+  };
+  EXPECT_NE(refused("lead=\"0.001\"", "prismatic").find(":5: joint 'ja': lead is for joints that turn"), std::string::npos);
+  EXPECT_NE(refused(kM20).find("it has a thread and is no screw"), std::string::npos);
+  EXPECT_NE(refused("lead=\"0.001\" thread_friction=\"0.1\"").find("thread_diameter > 0"), std::string::npos);
+  EXPECT_NE(refused("lead=\"0.001\" thread_diameter=\"0.01\" thread_friction=\"-1\"").find("must be >= 0"), std::string::npos);
+  EXPECT_NE(refused("lead=\"0.1\" thread_diameter=\"0.01\" thread_friction=\"0.4\"").find("0.4 holds its thread at every torque"),
+            std::string::npos);
+}
+
 std::string pointerRobot(const std::string& attributes) {
   return robot("<link name=\"world\"/>" + boxLink("tool") + joint("f", "floating", "world", "tool", "") +
                "<haptic:pointer link=\"tool\" coupling=\"virtual\" " + attributes + "/>");

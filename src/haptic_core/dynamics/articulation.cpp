@@ -6,6 +6,7 @@
 #include "haptic_core/base/error.h"
 #include "haptic_core/base/symmetric_matrix.h"
 #include "haptic_core/dynamics/quaternion_step.h"
+#include "haptic_core/dynamics/thread.h"
 
 namespace haptic {
 namespace {
@@ -48,6 +49,18 @@ void checkJoint(const std::string& where, const JointDef& joint) {
     throw SetupError(where, "damping, friction, gains of drives and springs, and effort must be numbers >= 0", "");
 }
 
+void checkThread(const std::string& where, const TreeDef& tree, const JointDef& slide) {
+  if (slide.thread_friction == 0) return;
+  const bool slides = kindOf(slide.type).slides == 1 && isScalar(slide.type);
+  if (!slides || slide.mimic_joint < 0 || kindOf(tree.links[slide.mimic_joint].joint.type).turns != 1)
+    throw SetupError(where, "only a slide that follows a turn has a thread", "let it mimic the turn");
+  if (!(slide.thread_friction > 0) || !(slide.thread_radius > 0) || std::isinf(slide.thread_radius) ||
+      !(slide.thread_flank >= 0 && slide.thread_flank < 1.5))
+    throw SetupError(where, "a thread's friction and radius must be numbers > 0, its flank's angle from 0 to 1.5 rad", "");
+  if (!Thread(slide).turns())
+    throw SetupError(where, "the thread's friction holds at every torque", "lower the friction, or the lead over the pitch diameter");
+}
+
 }  // namespace
 
 Articulation::Articulation(const TreeDef& def) : def_(def) {
@@ -65,6 +78,7 @@ Articulation::Articulation(const TreeDef& def) : def_(def) {
         (mimic >= 0 && !isScalar(body.joint.type)))
       throw SetupError(where + " (joint " + body.joint.name + ")", "mimics a joint that has not one degree of freedom",
                        "");
+    checkThread(where + " (joint " + body.joint.name + ")", def, body.joint);
     compileLink(i);
   }
   free_body_ = n == 1 && links_[0].floating;

@@ -37,6 +37,10 @@ struct JointDef {
   double velocity = 0;                      ///< initial q̇ (one-degree joints) [rad/s] or [m/s]
   int mimic_joint = -1;                     ///< index of the link whose joint is followed: q = multiplier q' + offset
   double mimic_multiplier = 1, mimic_offset = 0;  ///< m and c of q = m q' + c; c in [rad] or [m]
+  // Thread of a slide that follows a turn, as a nut does: friction between the two, see thread.h.
+  double thread_friction = 0;               ///< Coulomb, of the flanks [1]; 0: none
+  double thread_radius = 0;                 ///< half of the pitch diameter [m]
+  double thread_flank = 0;                  ///< half of the angle between the flanks [rad]
   /// Quantity that the drive follows: none, an effort, a velocity or a position. A command may change it while
   /// running.
   enum class Drive : unsigned char { kNone, kEffort, kVelocity, kPosition } drive = Drive::kNone;
@@ -51,6 +55,7 @@ struct JointDef {
     visit(s.name), visit(s.type), visit(s.X_PJ), visit(s.axis), visit(s.lower), visit(s.upper);
     visit(s.max_effort), visit(s.max_velocity), visit(s.damping), visit(s.friction), visit(s.position);
     visit(s.velocity), visit(s.mimic_joint), visit(s.mimic_multiplier), visit(s.mimic_offset);
+    visit(s.thread_friction), visit(s.thread_radius), visit(s.thread_flank);
     visit(s.drive), visit(s.drive_stiffness), visit(s.drive_damping), visit(s.drive_effort);
     visit(s.spring_stiffness), visit(s.spring_position);
   }

@@ -64,13 +64,14 @@ ForcePiece verticalPiece(double at, double low, double high) {
 }
 
 /// Damping, spring, friction and drive between two kinks of the graph.
-ForcePiece pieceBetween(const JointDef& joint, const DriveRange& drive, double q, double h, double from, double to) {
+ForcePiece pieceBetween(const JointDef& joint, const JointFriction& friction, const DriveRange& drive, double q, double h, double from,
+                        double to) {
   const double middle = from == -kInfinity ? (to == kInfinity ? 0 : to - 1) : (to == kInfinity ? from + 1 : 0.5 * (from + to));
   ForcePiece piece;
   piece.from = from;
   piece.to = to;
   piece.slope = joint.damping;
-  piece.offset = joint.friction > 0 ? (middle > 0 ? -joint.friction : joint.friction) : 0;
+  piece.offset = middle > 0 ? -friction.forward : friction.backward;
   if (joint.spring_stiffness > 0) {
     piece.offset += joint.spring_stiffness * (joint.spring_position - q);
     piece.slope += h * joint.spring_stiffness;
@@ -111,7 +112,7 @@ bool ForceGraph::follow(double v1, double force, int& piece) const noexcept {
   return true;
 }
 
-void buildForceGraph(const JointDef& joint, const JointCommand& command, double q, double h,
+void buildForceGraph(const JointDef& joint, const JointFriction& friction, const JointCommand& command, double q, double h,
                      ForceGraph& graph) noexcept {
   const auto bound = [&](double limit, bool outside) {
     return (limit - q) / (outside ? std::max(h, kReturnTime) : h);
@@ -119,7 +120,7 @@ void buildForceGraph(const JointDef& joint, const JointCommand& command, double 
   double lowest = bound(joint.lower, q < joint.lower), highest = bound(joint.upper, q > joint.upper);
   if (lowest > highest) lowest = highest = 0.5 * (lowest + highest);
   const DriveRange drive = driveRange(joint, command, q, h);
-  double kinks[5] = {lowest, drive.saturated_below, drive.saturated_above, joint.friction > 0 ? 0 : lowest, highest};
+  double kinks[5] = {lowest, drive.saturated_below, drive.saturated_above, friction.sticks ? 0 : lowest, highest};
   std::sort(kinks, kinks + 5);
 
   graph.count = 0;
@@ -129,12 +130,12 @@ void buildForceGraph(const JointDef& joint, const JointCommand& command, double 
   for (double kink : kinks) {
     kink = std::min(kink, highest);
     if (!(kink > previous)) continue;
-    const ForcePiece piece = pieceBetween(joint, drive, q, h, previous, kink);
+    const ForcePiece piece = pieceBetween(joint, friction, drive, q, h, previous, kink);
     if (graph.count > 0) {
       ForcePiece& before = graph.pieces[graph.count - 1];
       if (before.vertical) {
         before.low = piece.offset - piece.slope * previous;
-      } else if (previous == 0 && joint.friction > 0) {
+      } else if (previous == 0 && friction.sticks) {
         graph.pieces[graph.count++] = verticalPiece(0, piece.offset, before.offset);
       }
     }

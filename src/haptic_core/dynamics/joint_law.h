@@ -6,7 +6,7 @@
 ///   damping   −d v₁
 ///   spring    −k_s (q + h v₁ − q_s)
 ///   drive     clamp(k_p (q_ref − q − h v₁) + k_d (v_ref − v₁) + effort, ±max_effort)
-///   friction  −f sign(v₁), any of [−f, f] at v₁ = 0 (it sticks: no creep)
+///   friction  −f₊ where v₁ > 0, f₋ where v₁ < 0, any of [−f₊, f₋] at v₁ = 0 (it sticks: no creep); both f but for threads (thread.h)
 ///   limits    no v₁ below (lower − q)/h or above (upper − q)/h: there the force is whatever it takes
 /// Falling and implicit means stable for every gain and step; stopping at a limit projects the velocity onto
 /// a convex set that contains rest, in the norm of kinetic energy, so a limit never adds energy.
@@ -70,10 +70,19 @@ inline constexpr int kBlockPasses = 8;
 /// Passes per joint law after that; Murty's rule needs fewer in practice, its worst case is out of reach [1].
 inline constexpr int kSinglePasses = 4;
 
+/// Largest friction against a motion in either direction [N·m] or [N].
+struct JointFriction {
+  double forward = 0, backward = 0;  ///< where v > 0, where v < 0
+  bool sticks = false;               ///< the graph has a piece at rest, whatever the two are
+};
+
+/// Friction of the joint's own bearing.
+inline JointFriction frictionOf(const JointDef& joint) noexcept { return {joint.friction, joint.friction, joint.friction > 0}; }
+
 /// (in realtime) The graph of `joint` at q over a step h.
 /// A joint outside its limits is led back within 20 ms or a step, whichever is longer, so that it is not
 /// thrown.
-void buildForceGraph(const JointDef& joint, const JointCommand& command, double q, double h,
+void buildForceGraph(const JointDef& joint, const JointFriction& friction, const JointCommand& command, double q, double h,
                      ForceGraph& graph) noexcept;
 
 /// Force of the drive alone at v₁ [N·m] or [N], for the energy ledger.

@@ -14,10 +14,19 @@ constexpr double kRingDamping = 1e-5;
 /// the others is what their spring pulls with.
 constexpr double kClosingDamping = 0.1;
 
+/// Friction of a thread that a further pass would change by less is found [1]; the row of its mimic leaves 1e-10 (damped_cholesky.h).
+constexpr double kRubbed = 1e-9;
+
 double dot(const double* a, const double* b, int n) {
   double sum = 0;
   for (int k = 0; k < n; ++k) sum += a[k] * b[k];
   return sum;
+}
+
+/// Friction of a thread acts on the joint of link i.
+bool isThreaded(const TreeDef& tree, int i) {
+  return std::any_of(tree.links.begin(), tree.links.end(),
+                     [i](const BodyDef& body) { return body.joint.mimic_joint == i && body.joint.thread_friction > 0; });
 }
 
 }  // namespace
@@ -31,7 +40,8 @@ void JointSolver::add(const Articulation& articulation, const std::vector<RingDe
     law.command = place.command + i;
     law.q = place.q + model.q;
     law.v = place.v + model.v;
-    if (model.dof == 1 && hasLaw(law.joint)) laws_.push_back(law);
+    law.friction.sticks = law.joint.friction > 0 || isThreaded(articulation.def(), i);
+    if (model.dof == 1 && (hasLaw(law.joint) || law.friction.sticks)) laws_.push_back(law);
     if (model.dof < 2 || model.floating || law.joint.damping <= 0) continue;
     for (int k = 0; k < model.dof; ++k) damped_.push_back({law.v + k, 0, law.joint.damping});
   }
@@ -40,11 +50,22 @@ void JointSolver::add(const Articulation& articulation, const std::vector<RingDe
   if (!placed.rings.empty()) {
     placed.G = G_.size();
     G_.resize(G_.size() + static_cast<std::size_t>(placed.rings.rows()) * nv);
+    addThreads(articulation, placed);
     rings_.push_back(placed);
   }
   for (auto* by_equation : {&gap_, &rate_, &mu_}) by_equation->resize(by_equation->size() + placed.rings.rows());
   S_ = DampedCholesky(static_cast<int>(gap_.size()));
   present_.reserve(laws_.size()), present_damped_.reserve(damped_.size()), present_rings_.reserve(rings_.size());
+}
+
+void JointSolver::addThreads(const Articulation& articulation, const PlacedRings& placed) {
+  for (int i = 0; i < articulation.linkCount(); ++i) {
+    const JointDef& slide = articulation.def().links[i].joint;
+    if (slide.mimic_joint < 0 || !(slide.thread_friction > 0)) continue;
+    const int turn = placed.place.link + slide.mimic_joint;
+    const auto law = std::find_if(laws_.begin(), laws_.end(), [turn](const Law& l) { return l.link == turn; });
+    threads_.push_back({Thread(slide), static_cast<std::size_t>(law - laws_.begin()), rings_.size(), placed.rings.mimicRow(i)});
+  }
 }
 
 void JointSolver::reserveRows(int most) {
@@ -63,13 +84,25 @@ void JointSolver::orderRings() noexcept {
 
 void JointSolver::start(const JointCommand* commands, const double* q, double h) noexcept {
   h_ = h;
+  commands_ = commands;
+  for (PlacedThread& thread : threads_) thread.friction = {}, thread.side = 0;
   for (const std::ptrdiff_t i : present_) {
     Law& law = laws_[i];
     law.q_start = q[law.q];
     law.force = 0;
-    buildForceGraph(law.joint, commands[law.command], law.q_start, h, law.graph);
+    buildGraph(law);
   }
   std::fill(mu_.begin(), mu_.end(), 0.0);
+}
+
+void JointSolver::buildGraph(Law& law) const noexcept {
+  law.friction.forward = law.friction.backward = law.joint.friction;
+  for (const PlacedThread& thread : threads_) {
+    if (&laws_[thread.law] != &law) continue;
+    law.friction.forward += thread.friction.forward;
+    law.friction.backward += thread.friction.backward;
+  }
+  buildForceGraph(law.joint, law.friction, commands_[law.command], law.q_start, h_, law.graph);
 }
 
 void JointSolver::standAt(const double* v) noexcept {
@@ -88,6 +121,10 @@ void JointSolver::settle(double* v) const noexcept {
   for (const std::ptrdiff_t i : present_) {
     if (laws_[i].now().vertical) v[laws_[i].v] = laws_[i].now().from;
   }
+}
+
+void JointSolver::follow(double* q, double* v) const noexcept {
+  for (const std::ptrdiff_t i : present_rings_) rings_[i].rings.follow(q + rings_[i].place.q, v + rings_[i].place.v);
 }
 
 double JointSolver::gapAt(const LinkWork* work, const double* q) noexcept {
@@ -119,7 +156,8 @@ JointSolver::Found JointSolver::solve(JointOperator& A, const double* v, double*
     if (equations_ > 0) factorRings(A);
     closeRings(A, u);
     readForces(A, v, u);
-    if (!move(passes_ <= kBlockPasses, v, u)) return Found::kAll;
+    const bool rubbed = rub(), moved = move(passes_ <= kBlockPasses, v, u);
+    if (!rubbed && !moved) return Found::kAll;
     if (passes_ > most) return Found::kCycled;
   }
 }
@@ -218,6 +256,40 @@ void JointSolver::readForces(JointOperator& A, const double* v, const double* u)
   }
 }
 
+/// Friction of threads by the axial forces of this pass. False: it is as it was in the pass, where it acted.
+bool JointSolver::rub() noexcept {
+  bool rubbed = false;
+  for (PlacedThread& t : threads_) {
+    Law& law = laws_[t.law];
+    if (law.row == kAbsent) continue;
+    const double force = mu_[rings_[t.rings].first + t.equation], size = std::abs(force);
+    const double forward = t.thread.lever(t.thread.climbs(force, 1)), backward = t.thread.lever(t.thread.climbs(force, -1));
+    JointFriction next{forward * size, backward * size};
+    const ForcePiece& piece = law.now();
+    const int side = piece.vertical ? 0 : piece.from >= 0 ? 1 : -1;
+    if (side != 0) {
+      const double was = side > 0 ? t.friction.forward : t.friction.backward, lever = side > 0 ? forward : backward;
+      double& now = side > 0 ? next.forward : next.backward;
+      if (std::abs(now - was) <= kRubbed * now) {
+        now = was;
+      } else {
+        // The force of another friction, as both changed since an earlier pass; a thread that jams has no such friction that moves.
+        if (t.side == side && (force > 0) == (t.force > 0) && was != t.rubbed) {
+          const double slope = (size - std::abs(t.force)) / (was - t.rubbed);
+          now = lever * slope < 1 ? std::max(0.0, lever * (size - slope * was) / (1 - lever * slope)) : 2 * now;
+        }
+        rubbed = true;
+      }
+      t.force = force;
+      t.rubbed = was;
+    }
+    t.side = side;
+    t.friction = next;
+    buildGraph(law);
+  }
+  return rubbed;
+}
+
 /// Moves joints that left their piece to the next one: all of them, or the last. False: all are where they belong.
 bool JointSolver::move(bool all, const double* v, const double* u) noexcept {
   bool moved = false;
@@ -266,7 +338,7 @@ bool JointSolver::isSmooth(const double* v0) const noexcept {
     const double start = v0[law.v];
     const bool stood = std::abs(start) * h_ <= kStandingWay;
     if (piece.vertical && !(stood && std::abs(piece.from) * h_ <= kStandingWay)) return false;
-    if (piece.vertical || law.joint.friction == 0) continue;
+    if (piece.vertical || !law.friction.sticks) continue;
     if (stood || (start > 0 ? piece.to <= 0 : piece.from >= 0)) return false;
   }
   return true;

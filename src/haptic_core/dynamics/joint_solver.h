@@ -13,6 +13,9 @@
 /// operator). A joint that sticks does so to the last bit; a limit ends the step on the limit; a drive is as stiff as its
 /// gains say and stable for all of them.
 ///
+/// A thread (thread.h) rubs in proportion to the axial force that its mimic's row takes, which a pass finds. Where the turn sticks that
+/// force settles what friction can bear; where it moves, force and friction are linear in each other, so that two passes give both.
+///
 /// Cost: one factorisation and one solve per pass; with rings one more solve, and a response per row.
 #pragma once
 #include <vector>
@@ -20,6 +23,7 @@
 #include "haptic_core/dynamics/joint_law.h"
 #include "haptic_core/dynamics/damped_cholesky.h"
 #include "haptic_core/dynamics/ring.h"
+#include "haptic_core/dynamics/thread.h"
 
 namespace haptic {
 
@@ -78,6 +82,7 @@ class JointSolver {
     int link = 0, command = 0, q = 0, v = 0;  ///< the caller's indices
     int row = 0;                              ///< of the operator
     double q_start = 0;                       ///< at the start of the step [rad] or [m]
+    JointFriction friction;                   ///< of its bearing and of the threads on it
     ForceGraph graph;                         ///< of this step
     int piece = 0;                            ///< index of the piece it stands on
     double force = 0;                         ///< in the last solve [N·m] or [N]
@@ -92,6 +97,7 @@ class JointSolver {
   void reserveRows(int most);  ///< set-up, after the last `add`: room for operators of up to `most` rows
   bool empty() const { return laws_.empty() && damped_.empty() && gap_.empty(); }  ///< no joint does anything by itself
   bool hasRings() const { return !rings_.empty(); }  ///< or mimics
+  bool hasThreads() const { return !threads_.empty(); }  ///< some friction follows a force
 
   /// (in realtime) The rows of the operator: how many, and `rowOf(v)` of the caller's velocity v, kAbsent where the
   /// operator does not have it. The rows of one articulation follow one another.
@@ -117,6 +123,7 @@ class JointSolver {
   void putWithinLimits(double* v) const noexcept;  ///< (in realtime)
   /// (in realtime) v of joints on a vertical piece, to the last bit: rounding in v + u would move a joint that sticks.
   void settle(double* v) const noexcept;
+  void follow(double* q, double* v) const noexcept;  ///< (in realtime) followers of mimics to their leaders, by less than a gap
 
   /// (in realtime) Rings at these poses: of their gaps `share` is left to close. `v`: the velocities that u adds to, which
   /// move the gaps as well; null where the poses are those of the step's end.
@@ -172,6 +179,15 @@ class JointSolver {
     int first = 0;      ///< of its equations
     std::size_t G = 0;  ///< where its Jacobian begins: equations × nv
   };
+  /// A thread with friction.
+  struct PlacedThread {
+    Thread thread;
+    std::size_t law, rings;       ///< of the turn; of its articulation
+    int equation;                 ///< of these rings
+    JointFriction friction = {};  ///< in the next pass
+    int side = 0;                 ///< of the motion that the next two belong to: 1 forward, −1 backward; 0: there are none
+    double force = 0, rubbed = 0; ///< axial force that an earlier pass found, with which friction [N], [N·m]
+  };
   using Indices = std::vector<std::ptrdiff_t>;
   /// Calls `visit(equation, row of G, rings)` for every present equation.
   template <class Visit>
@@ -181,19 +197,24 @@ class JointSolver {
       for (int k = 0; k < r.rings.rows(); ++k) visit(r.first + k, G_.data() + r.G + k * r.nv, r);
     }
   }
+  void addThreads(const Articulation& articulation, const PlacedRings& placed);
   void orderRings() noexcept;
   void hold(const double* v, double* u) noexcept;
   void closeRings(JointOperator& A, double* u) noexcept;
   void addResponse(const double* force, double* x) const noexcept;  ///< x += A⁻¹ Gᵀ force
   void readForces(JointOperator& A, const double* v, const double* u) noexcept;
+  void buildGraph(Law& law) const noexcept;
+  bool rub() noexcept;
   bool move(bool all, const double* v, const double* u) noexcept;
 
   std::vector<Law> laws_;
   std::vector<Damped> damped_;
   std::vector<PlacedRings> rings_;
+  std::vector<PlacedThread> threads_;
   Indices present_, present_damped_, present_rings_;  ///< in the operator
   int rows_ = 0, equations_ = 0, passes_ = 0;
   double h_ = 1;
+  const JointCommand* commands_ = nullptr;
   // By row.
   std::vector<double> force_, ring_force_, diag_;
   // By equation of rings and mimics.

@@ -5,8 +5,8 @@
 /// quaternion for three. Slides come before turns on the way from parent to child, so that a link turns about where it
 /// has slid to. The one exception is the floating joint: see articulation.h.
 ///
-/// A joint whose axes move with q (universal) or turn and slide at once (screw) is not of this form; two joints with a
-/// massless link between them are.
+/// A joint whose axes move with q (universal) or turn and slide at once (screw, thread.h) is not of this form; two joints with
+/// a massless link between them are.
 #pragma once
 #include <string>
 

@@ -44,6 +44,11 @@ Rings::Rings(const Articulation& articulation, std::vector<RingDef> rings)
   rows_ += static_cast<int>(mimics_.size());
 }
 
+int Rings::mimicRow(int link) const {
+  const auto at = std::lower_bound(mimics_.begin(), mimics_.end(), link);
+  return rows_ - static_cast<int>(mimics_.end() - at);
+}
+
 Rings::Frames Rings::frames(const RingDef& ring, const LinkWork* work) const noexcept {
   return {ring.link_a < 0 ? ring.X_AF : work[ring.link_a].X_WL * ring.X_AF,
           ring.link_b < 0 ? ring.X_BF : work[ring.link_b].X_WL * ring.X_BF};
@@ -145,6 +150,15 @@ void Rings::shareScale(double* of_equation) const noexcept {
     std::fill_n(of_equation, 3, largest);
     std::fill_n(of_equation + 3, turns, largest / gyration2_[i]);
     of_equation += 3 + turns;
+  }
+}
+
+void Rings::follow(double* q, double* v) const noexcept {
+  for (int i : mimics_) {
+    const JointDef& joint = articulation_.def().links[i].joint;
+    const LinkModel &follower = articulation_.link(i), &leader = articulation_.link(joint.mimic_joint);
+    q[follower.q] = joint.mimic_multiplier * q[leader.q] + joint.mimic_offset;
+    v[follower.v] = joint.mimic_multiplier * v[leader.v];
   }
 }
 

@@ -26,6 +26,7 @@ class Rings {
   Rings(const Articulation& articulation,
         std::vector<RingDef> rings);  ///< throws SetupError: link out of range
   int rows() const { return rows_; }         ///< constraint equations: 3, 5 or 6 a ring, 1 a mimic
+  int mimicRow(int link) const;              ///< of the joint of `link`, which follows another
   bool empty() const { return rows_ == 0; }  ///< nothing is constrained
   /// (in realtime) φ at the poses in `work`; `phi[rows()]`.
   void residual(const LinkWork* work, const double* q, double* phi) const noexcept;
@@ -37,6 +38,8 @@ class Rings {
   /// gyration of its links about its frames. Rows that the tree does not move at all, the tilts of a hinge in a planar ring or the lengths
   /// of a weld in a spherical one, hold rounding alone, and get the scale of the others.
   void shareScale(double* of_equation) const noexcept;
+  /// (in realtime) Followers to where their leaders are, to the last bit: a solve leaves 1e-10 of the way that a step would open.
+  void follow(double* q, double* v) const noexcept;
   /// Largest distance between the origins of a ring's frames [m].
   double closure(const LinkWork* work) const noexcept;
 

@@ -49,6 +49,7 @@ void SmoothJoints::begin(const JointCommand* commands, double h) noexcept {
 }
 
 bool SmoothJoints::at(const double* q, const double* v, double time, double* tau) noexcept {
+  if (rings_.hasThreads()) return false;  // their friction is that of the forces of a step
   std::fill_n(tau, articulation_.nv(), 0.0);
   for (const Damped& d : damped_) {
     tau[d.v] = -d.damping * v[d.v];

@@ -154,8 +154,9 @@ bool TreeMotion::stepSmoothly(const Vector3& gravity, double h, const JointComma
       smooth_.accelerate(gravity, q, v, nullptr, work, v_dot_.data());
       held = holdVelocities(h, q, v, work);
     }
-    held = held && stepRungeKutta(articulation_, gravity, h, q, v, work, stages_.data(), &smooth_) &&
-           correct(kNewtonSteps, q, v, work) < kHeld && holdVelocities(h, q, v, work);
+    held = held && stepRungeKutta(articulation_, gravity, h, q, v, work, stages_.data(), &smooth_);
+    if (held) joints_.follow(q, v);
+    held = held && correct(kNewtonSteps, q, v, work) < kHeld && holdVelocities(h, q, v, work);
     if (!held) {
       std::copy(q_start_.begin(), q_start_.end(), q);
       std::copy(v_start_.begin(), v_start_.end(), v);
@@ -183,6 +184,7 @@ const JointReport& TreeMotion::step(const Vector3& gravity, double h, const Join
   std::copy(v_end_.begin(), v_end_.end(), v);
   integratePositions(articulation_, q, v, h);
   if (joints_.hasRings()) {
+    joints_.follow(q, v);
     correct(kNewtonSteps, q, v, work);
     report_.closure = joints_.closure(work);
   }

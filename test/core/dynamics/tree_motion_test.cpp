@@ -62,7 +62,7 @@ TEST(TreeMotion, EveryJointForceLiesOnItsGraph) {
       const JointCommand command{def.links[i].joint.drive, uniform(random), uniform(random), uniform(random)};
       s.commands[i] = command;
       if (s.tree.link(i).dof == 1)
-        buildForceGraph(def.links[i].joint, command, s.q[s.tree.link(i).q], h, graphs[i]);
+        buildForceGraph(def.links[i].joint, frictionOf(def.links[i].joint), command, s.q[s.tree.link(i).q], h, graphs[i]);
     }
     forwardKinematics(s.tree, s.q.data(), s.v.data(), s.work.data());
     std::vector<double> v_dot(s.tree.nv()), tau(s.tree.nv());

@@ -278,7 +278,7 @@ TEST(ImplicitJoints, EveryForceLiesOnItsGraph) {
         }
         const double v1 = after.v[link.v];
         ForceGraph graph;
-        buildForceGraph(def.links[i].joint, initialCommand(def.links[i].joint), before.q[link.q], h, graph);
+        buildForceGraph(def.links[i].joint, frictionOf(def.links[i].joint), initialCommand(def.links[i].joint), before.q[link.q], h, graph);
         const auto value = [&](double rate) {
           const ForcePiece& piece = graph.pieces[graph.at(rate)];
           if (piece.vertical) return rate < piece.from ? piece.high : piece.low;
