@@ -30,15 +30,15 @@ inline constexpr NumberBounds kMassBounds{"mass", "kg", false, 1e7, "", 1e-7, 1e
 /// Entries of the inertia matrix.
 inline constexpr NumberBounds kMomentBounds{"moment of inertia", "kg m²", true, 1e12, "", 0, 1e6, "write kg m²"};
 /// Sides, radii and lengths of shapes.
-inline constexpr NumberBounds kSizeBounds{"size", "m", false, 1e6, "", 1e-4, 1e3, "write metres"};
+inline constexpr NumberBounds kSizeBounds{"size", "m", false, 1e6, "", 1e-3, 1e3, "write metres"};
 /// Factors of meshes; a negative one mirrors.
 inline constexpr NumberBounds kScaleBounds{"scale", "1", true, 1e6, "", 1e-4, 100, "meshes in millimetres want 0.001"};
 /// Exporters write −1 and inf for no limit. A drive needs a finite number, and no robot's joint has as much.
-inline constexpr NumberBounds kEffortBounds{"effort", "N m or N", false, kAnyNumber, "1e6", 1e-5, 1e5, "write N m, or N for a slide"};
+inline constexpr NumberBounds kEffortBounds{"effort", "N m or N", false, kAnyNumber, "1e6", 2e-2, 1e5, "write N m, or N for a slide"};
 /// Of drives that turn: from a turn in ten minutes.
 inline constexpr NumberBounds kTurnSpeedBounds{"velocity", "rad/s", false, kAnyNumber, "1e9", 1e-2, 1e5, "write rad/s"};
 /// Of drives that slide.
-inline constexpr NumberBounds kSlideSpeedBounds{"velocity", "m/s", false, kAnyNumber, "1e9", 1e-3, 1e3, "write m/s"};
+inline constexpr NumberBounds kSlideSpeedBounds{"velocity", "m/s", false, kAnyNumber, "1e9", 1e-2, 1e3, "write m/s"};
 /// Two turns: joints of quadrupeds and of welding robots go beyond one, none beyond two; 180 is degrees.
 inline constexpr NumberBounds kTurnLimitBounds{"limit", "rad", true, kAnyNumber, "1e9", 0, 12.57, "write radians"};
 /// Of joints that slide.
@@ -60,7 +60,11 @@ inline constexpr double kMatterMargin = 3;
 inline constexpr double kLeastDensity = 10;    ///< of the lightest foam; a kMatterMargin-th of it is improbable [kg/m³]
 inline constexpr double kMostDensity = 23000;  ///< of osmium; kMatterMargin times it is improbable [kg/m³]
 inline constexpr double kWireDensity = 9000;   ///< of copper, the densest that robots have much of [kg/m³]
-/// Of a joint by its drive: a turn in half a minute [rad/s²], [m/s²].
-inline constexpr double kLeastAcceleration = 1e-2;
+/// Moment of a link's mass spread over its shapes, over the largest that the file gives [1]: published links with less reach 50, or 300
+/// where the file's number is a mere placeholder; a side in millimetres makes a thousand and more.
+inline constexpr double kMostSpread = 300;
+inline constexpr double kMostOutgrown = 10;  ///< size of a link over that of the rest of its tree; of published robots 2.4 at most [1]
+/// Of a joint by its drive, a turn in three seconds: of published robots 1.4 at least [rad/s²], [m/s²].
+inline constexpr double kLeastAcceleration = 1;
 
 }  // namespace haptic

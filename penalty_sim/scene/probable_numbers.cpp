@@ -45,19 +45,38 @@ Extent extentOf(const JudgedLink& link) {
 }
 
 /// Of a tree at its initial pose.
-double treeSize(const ArticulationDef& tree, const std::vector<const JudgedLink*>& links) {
-  const std::vector<Pose> X_WL = initialPoses(tree);
-  Extent whole;
-  for (const JudgedLink* link : links) {
-    for (const Vector3& p : extentOf(*link).points) whole.add(X_WL[link->link] * p);
+class TreeExtent {
+ public:
+  TreeExtent(const ArticulationDef& tree, const std::vector<const JudgedLink*>& links) : links_(links) {
+    const std::vector<Pose> X_WL = initialPoses(tree);
+    for (const JudgedLink* link : links) {
+      extents_.emplace_back();
+      for (const Vector3& p : extentOf(*link).points) extents_.back().add(X_WL[link->link] * p);
+    }
   }
-  return whole.size();
-}
+  double size() const { return without(nullptr, false); }
+  /// Size of all else; 0 where nothing of it has a shape.
+  double besides(const JudgedLink& link) const { return without(&link, true); }
+
+ private:
+  double without(const JudgedLink* left_out, bool shaped) const {
+    Extent rest;
+    for (std::size_t i = 0; i < links_.size(); ++i) {
+      if (links_[i] == left_out || extents_[i].points.empty()) continue;
+      rest.add(extents_[i].lower), rest.add(extents_[i].upper);
+      shaped &= links_[i]->collisions.empty();
+    }
+    return shaped ? 0 : rest.size();
+  }
+  const std::vector<const JudgedLink*>& links_;
+  std::vector<Extent> extents_;
+};
 
 class LinkJudge {
  public:
-  LinkJudge(const JudgedLink& link, double tree_size, std::vector<std::string>& warnings)
-      : link_(link), extent_(extentOf(link)), tree_size_(tree_size), solid_(inertiaOfShapes(link.collisions, 1)), warnings_(warnings) {}
+  LinkJudge(const JudgedLink& link, const TreeExtent& tree, std::vector<std::string>& warnings)
+      : link_(link), extent_(extentOf(link)), tree_size_(tree.size()), rest_(tree.besides(link)),
+        solid_(inertiaOfShapes(link.collisions, 1)), warnings_(warnings) {}
 
   void judge(bool joined) {
     const double size = extent_.size();
@@ -66,9 +85,13 @@ class LinkJudge {
            " m; write sizes and places in metres, for meshes in millimetres scale=\"0.001 0.001 0.001\"");
       return;  // the rest follows from it
     }
+    if (rest_ > 0 && size > kMostOutgrown * std::max(rest_, kLeastReach)) {
+      warn("is ", size, " m large, all the rest of its body ", rest_, " m; write sizes and places in metres");
+      return;
+    }
     if (!(link_.inertia.mass > 0)) return;
     if (centre()) return;
-    moments();
+    if (moments()) spread();
     density();
   }
 
@@ -93,14 +116,14 @@ class LinkJudge {
   }
 
   /// Bounds of matter: all mass at the farthest point; a wire along the link, m/(πρL) = r², m r²/2; a ball.
-  void moments() const {
+  bool moments() const {
     const LinkInertia& inertia = link_.inertia;
     const PrincipalAxes principal = principalAxes(inertia.I_C);
     const bool shaped = !link_.collisions.empty();
     const double length = shaped ? std::max(extent_.size(), kLeastReach) : std::max(tree_size_, kLeastReach);
     const double wire = inertia.mass * inertia.mass / (2 * M_PI * kWireDensity * length);
     const double radius = elementary::cbrt(3 * inertia.mass / (4 * M_PI * kMostDensity)), ball = 0.4 * inertia.mass * radius * radius;
-    if (!(principal.value[2] > 0)) return;  // a point, which a file may mean
+    if (!(principal.value[2] > 0)) return false;  // a point, which a file may mean
     for (int i = 0; i < 3; ++i) {
       double reach = shaped ? 0 : length * length;
       for (const Vector3& p : extent_.points) reach = std::max(reach, (p - inertia.p_LC).cross(principal.axes.col(i)).squaredNorm());
@@ -111,9 +134,22 @@ class LinkJudge {
       warn("<inertia> has a moment of ", moment, " kg m², ", moment > most ? "more" : "less", " than its <mass> of ", inertia.mass,
            " kg can have in it (", moment > most ? most : least, "); expected ", expected(principal.axes.col(i), length),
            ", of a solid: for a box ixx = m (y² + z²)/12");
-      return;
+      return false;
     }
+    return true;
   }
+
+  /// A mass may sit in the middle of its shapes, but not in a hundredth of them.
+  void spread() const {
+    if (!(solid_.mass > 0)) return;
+    const double given = principalAxes(link_.inertia.I_C).value[2];
+    const double solid = link_.inertia.mass / solid_.mass * principalAxes(solid_.I_C).value[2];
+    if (solid <= kMostSpread * given) return;
+    warn("<inertia> has no moment above ", given, " kg m², and its <mass> of ", link_.inertia.mass,
+         " kg spread over its shapes, which are ", extent_.size(), " m large, has ", solid,
+         "; write sizes in metres and moments in kg m²");
+  }
+
 
   double expected(const Vector3& axis, double length) const {
     const double mass = link_.inertia.mass;
@@ -126,7 +162,8 @@ class LinkJudge {
     if (!(volume > 0)) return;
     const double density = link_.inertia.mass / volume;
     if (density >= kLeastDensity / kMatterMargin && density <= kMostDensity * kMatterMargin) return;
-    warn("<mass> of ", link_.inertia.mass, " kg in shapes of ", volume, " m³ is ", density, " kg/m³; expected ", 1000 * volume,
+    warn("<mass> of ", link_.inertia.mass, " kg in shapes of ", volume, " m³, ", extent_.size(), " m large, is ", density,
+         " kg/m³; expected ", 1000 * volume,
          " kg, or larger shapes: kilograms and metres");
   }
 
@@ -134,7 +171,7 @@ class LinkJudge {
 
   const JudgedLink& link_;
   Extent extent_;
-  double tree_size_;
+  double tree_size_, rest_;  ///< of its tree, and of that without it [m]
   LinkInertia solid_;  ///< of its shapes at 1 kg/m³
   std::vector<std::string>& warnings_;
 };
@@ -147,7 +184,7 @@ void warnOfImprobableNumbers(LoadContext& context) {
   std::vector<std::vector<const JudgedLink*>> links(trees.size());
   for (const JudgedLink& link : context.judged) links[link.articulation].push_back(&link);
   for (std::size_t a = 0; a < trees.size(); ++a) {
-    const double size = treeSize(trees[a], links[a]);
+    const TreeExtent size(trees[a], links[a]);
     for (const JudgedLink* link : links[a]) {
       const double whole = trees[a].links[link->link].inertia.mass;
       if (link->inertia.mass > 0 && link->inertia.mass <= kDummyMass && link->inertia.mass < kDummyShare * whole) continue;

@@ -94,14 +94,17 @@ void dropUnused(RobotFile& robot) {
     name("<" + std::string(element) + ">", count, why);
   }
   std::size_t transmissions = 0, efforts = 0;
+  std::string unused_efforts;
   const XmlElement* transmission = robot.xml.root()->FirstChildElement("transmission");
   for (; transmission; transmission = transmission->NextSiblingElement("transmission")) ++transmissions;
   name("<transmission>", transmissions, "drives act at the joints");
   for (const JointXml& joint : robot.joints) {
     const XmlElement* const limit = joint.element->FirstChildElement("limit");
-    efforts += joint.element->FirstChildElement("mimic") && limit && limit->Attribute("effort");
+    if (!joint.element->FirstChildElement("mimic") || !limit || !limit->Attribute("effort")) continue;
+    ++efforts;
+    unused_efforts += ", '" + joint.name + "' <limit> effort=\"" + limit->Attribute("effort") + "\"";
   }
-  name("effort limits of joints that follow", efforts, "the drive that they follow works for both");
+  name("effort limits of joints that follow", efforts, "the drive that they follow works for both" + unused_efforts);
   if (!list.empty()) robot.notes.push_back(robot.xml.path() + ": ignored: " + list);
 }
 

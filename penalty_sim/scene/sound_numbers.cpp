@@ -95,7 +95,7 @@ class Judge {
                (angle ? ": " + shortly(number * M_PI / 180) + " if it is in degrees" : ""));
       return;
     }
-    const auto isNoLimit = [](double number) { return std::abs(number) > kUnlimited && std::isfinite(number); };
+    const auto isNoLimit = [](double number) { return std::abs(number) >= kUnlimited && std::isfinite(number); };
     if (std::any_of(numbers.begin(), numbers.end(), isNoLimit)) robot_.notes.push_back(named(*element, attribute) + ": no limit");
   }
 

@@ -115,7 +115,15 @@ TEST(SoundNumbers, WhatIsImprobableIsSaidWithItsNumber) {
   const auto limited = [](const std::string& lower, const std::string& upper, const std::string& effort, const std::string& velocity) {
     return arm(kAxis + "<limit lower=\"" + lower + "\" upper=\"" + upper + "\" effort=\"" + effort + "\" velocity=\"" + velocity + "\"/>");
   };
+  const std::string on_table = robot(
+      "<link name=\"base\"><collision><geometry><box size=\"1 1 1\"/></geometry></collision></link>\n<link name=\"arm\"><inertial>" +
+      kSound + "</inertial><collision><geometry><box size=\"3 0.1 0.1\"/></geometry></collision></link>\n" +
+      joint("j", "revolute", "base", "arm", kAxis + kLimit));
   const std::vector<OddCase> cases = {
+      {"longer than its moments", on_table, {"'arm'", "<inertia>", "3.003 m large", "1.502"}},
+      {"longer than all else", armOf(kSound, "<box size=\"20 0.1 0.1\"/>"), {"'arm'", "20 m large", "all the rest"}},
+      {"a grain", armOf(kSound, "<box size=\"5e-4 0.1 0.1\"/>"), {"'arm'", "<box> size=\"5e-4 0.1 0.1\""}},
+      {"a drive of thousandths", limited("-1", "1", "1e-3", "1"), {"'j'", "effort", "0.001"}},
       {"ixx of 1", armOf(mass("2") + moments("1", "1", "1")), {":4", "'arm'", "<inertia>", "1 kg m²", "more", "expected 0.003333"}},
       {"a billionth", armOf(mass("2") + moments("3e-12", "3e-12", "3e-12")), {"'arm'", "<inertia>", "3e-12", "less", "expected 0.003333"}},
       {"one moment", armOf(mass("2") + moments("3e-6", "0.0033", "0.0033")), {"'arm'", "<inertia>", "3e-06", "less"}},
