@@ -156,8 +156,9 @@ JointSolver::Found JointSolver::solve(JointOperator& A, const double* v, double*
     if (equations_ > 0) factorRings(A);
     closeRings(A, u);
     readForces(A, v, u);
-    const bool rubbed = rub(), moved = move(passes_ <= kBlockPasses, v, u);
-    if (!rubbed && !moved) return Found::kAll;
+    const Rubbed rubbed = rub();  // a friction that is not yet that of its force tells nothing of the piece
+    const bool moved = rubbed != Rubbed::kNext && move(passes_ <= kBlockPasses, v, u);
+    if (rubbed == Rubbed::kFound && !moved) return Found::kAll;
     if (passes_ > most) return Found::kCycled;
   }
 }
@@ -256,9 +257,9 @@ void JointSolver::readForces(JointOperator& A, const double* v, const double* u)
   }
 }
 
-/// Friction of threads by the axial forces of this pass. False: it is as it was in the pass, where it acted.
-bool JointSolver::rub() noexcept {
-  bool rubbed = false;
+/// Friction of threads by the axial forces of this pass.
+JointSolver::Rubbed JointSolver::rub() noexcept {
+  Rubbed rubbed = Rubbed::kFound;
   for (PlacedThread& t : threads_) {
     Law& law = laws_[t.law];
     if (law.row == kAbsent) continue;
@@ -276,9 +277,13 @@ bool JointSolver::rub() noexcept {
         // The force of another friction, as both changed since an earlier pass; a thread that jams has no such friction that moves.
         if (t.side == side && (force > 0) == (t.force > 0) && was != t.rubbed) {
           const double slope = (size - std::abs(t.force)) / (was - t.rubbed);
-          now = lever * slope < 1 ? std::max(0.0, lever * (size - slope * was) / (1 - lever * slope)) : 2 * now;
+          const bool jams = !(lever * slope < 1);
+          now = jams ? 2 * now : std::max(0.0, lever * (size - slope * was) / (1 - lever * slope));
+          if (jams && rubbed == Rubbed::kFound) rubbed = Rubbed::kJams;
+          if (!jams) rubbed = Rubbed::kNext;
+        } else {
+          rubbed = Rubbed::kNext;
         }
-        rubbed = true;
       }
       t.force = force;
       t.rubbed = was;

@@ -204,7 +204,9 @@ class JointSolver {
   void addResponse(const double* force, double* x) const noexcept;  ///< x += A⁻¹ Gᵀ force
   void readForces(JointOperator& A, const double* v, const double* u) noexcept;
   void buildGraph(Law& law) const noexcept;
-  bool rub() noexcept;
+  /// Friction of threads: as it was in the pass, to be tried in the next one, or larger than any that lets a joint slide on.
+  enum class Rubbed : unsigned char { kFound, kNext, kJams };
+  Rubbed rub() noexcept;
   bool move(bool all, const double* v, const double* u) noexcept;
 
   std::vector<Law> laws_;

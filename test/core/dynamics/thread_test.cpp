@@ -168,6 +168,19 @@ TEST(Thread, MovesAHeavyCarriageAsTheClosedFormSays) {
   }
 }
 
+// What it is tightened against pushes back at once, and friction follows that: it gives way until spring, friction and torque balance.
+TEST(Thread, TightensAgainstWhatIsStiff) {
+  for (const double stiffness : {1e5, 1e7}) {
+    TreeDef def = screw(kThreads[0], 0.15);
+    def.links[0].joint.spring_stiffness = stiffness;
+    def.links[1].joint.damping = 1e-5;
+    Driven run(def);
+    const double K = leverOf(kThreads[0], 0.15, M_PI / 6, 1);
+    for (int i = 1; i <= 1000; ++i) ASSERT_TRUE(run.step(0, -0.05 * i * K)) << stiffness << " " << i;
+    EXPECT_NEAR(-run.way() * stiffness, 50, 0.5) << stiffness;
+  }
+}
+
 // Where K < 0 and I < −K M l no sliding downwards is consistent: a thread that comes down jams, within a step, and stands.
 TEST(Thread, JamsWhereNoFrictionLetsItSlide) {
   const Metric thread{8e-3, 2e-3};
