@@ -13,10 +13,10 @@ enum class FlagGrade : unsigned char {
 
 /// One bit.
 struct FlagWords {
-  unsigned flag;
+  unsigned flag;     ///< the bit
   const char* name;  ///< as reports and `./run shrink --fault` call it
-  FlagGrade grade;
-  const char* text;
+  FlagGrade grade;   ///< how much it asks of whoever sees it
+  const char* text;  ///< a sentence for people
 };
 
 /// Each bit of DeviceFlag.
