@@ -59,7 +59,7 @@ class Unplugged(unittest.TestCase):
                                      stdout=self.log, stderr=self.log, text=True)
         self.addCleanup(self.end, self.run_)
         self.type('')  # the instructions were read
-        self.until(lambda: 'press pause to go on' in self.said(), 'a device that is not calibrated')
+        self.until(lambda: 'goes on when the device is ready' in self.said(), 'a device that is not calibrated')
         self.assertIn('no force yet', self.said())
         self.waited = 1
         self.type('c', 'p')
@@ -100,7 +100,7 @@ class Unplugged(unittest.TestCase):
     def go_on(self):
         """Whenever the program waits for the device: on a busy machine the boards' process may be silent for longer than a board may be,
         and boards that were plugged in take a while to be in step."""
-        waits = self.said().count('press pause to go on')
+        waits = self.said().count('goes on when the device is ready')
         if waits > self.waited:
             self.waited = waits
             time.sleep(1)

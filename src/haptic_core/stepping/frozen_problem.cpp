@@ -17,6 +17,10 @@ constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)|
 constexpr double kStraight = 0.02;
 /// Share of friction's change of load that a Newton step may miss [1].
 constexpr double kLoadError = 1e-4;
+/// Over what the energy falls by in the step that keeps friction's limits: by so much it may rise in the one that follows them, which it does
+/// where bodies wedge. With 0 a heap of 30 leaves 102 of 600 steps unconverged at 1e13 N/m³ in place of 14; with 1 feet at 1e17 N/m³ are
+/// wrong by three times as much.
+constexpr double kRises = 0.1;
 constexpr double kPull = 1e-10;       ///< share of the largest force by which a contact may pull: rounding
 constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass
 
@@ -359,14 +363,18 @@ void FrozenProblem::followLoad(double g, const double* v) noexcept {
     slid_load_[sliding++] = loadOf(c);
     norm2 += loadOf(c) * loadOf(c);
   });
-  if (norm2 > 0) {
+  bool follows = norm2 > 0;
+  if (follows) {
     load_solver_.solve(sliding, kLoadError, [&](const double* y, double* left) { missedLoad(v, y, left); }, slid_load_.data());
-    stepUnder(slid_load_.data(), v, step_);
+    stepUnder(slid_load_.data(), v, loaded_);
+    follows = dot(residual_, loaded_) < -kRises * dot(residual_, step_);
+    if (follows) step_.swap(loaded_);
+    if (!follows && joints_) stepFor(residual_, v, step_);  // their forces are those of the last step that was solved
   }
   sliding = 0;
   eachContact([&](FrozenContact& c) {
-    const double y = c.per_load.isZero(0) ? 0 : slid_load_[sliding++];
-    if (norm2 > 0) c.step = twistOf(c, step_.data());
+    const double y = !follows || c.per_load.isZero(0) ? 0 : slid_load_[sliding++];
+    if (follows) c.step = twistOf(c, step_.data());
     c.F_done -= (c.G * c.step + y * c.per_load) / g;
     c.pulled = std::max(0.0, -c.F_done[5]);
   });
