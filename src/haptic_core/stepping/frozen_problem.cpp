@@ -17,9 +17,9 @@ constexpr double kSufficient = 0.1;   ///< the root of φ is found when |φ(α)|
 constexpr double kStraight = 0.02;
 /// Share of friction's change of load that a Newton step may miss [1].
 constexpr double kLoadError = 1e-4;
-/// Over what the energy falls by in the step that keeps friction's limits: by so much it may rise in the one that follows them, which it does
-/// where bodies wedge. With 0 a heap of 30 leaves 102 of 600 steps unconverged at 1e13 N/m³ in place of 14; with 1 feet at 1e17 N/m³ are
-/// wrong by three times as much.
+/// Over what the energy falls by in the step that keeps friction's limits: by so much it may rise in the one that follows them, which it
+/// does where bodies wedge. With 0 a heap of 30 leaves 102 of 600 steps unconverged at 1e13 N/m³ in place of 14; with 1 feet at
+/// 1e17 N/m³ are wrong by three times as much.
 constexpr double kRises = 0.1;
 constexpr double kPull = 1e-10;       ///< share of the largest force by which a contact may pull: rounding
 constexpr double kShort = 0.2;        ///< a Newton step below this share of the pass's change ends the pass

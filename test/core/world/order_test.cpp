@@ -9,8 +9,8 @@ namespace order_test {
 using namespace scenes;
 
 /// Pairs of every two kinds but cones that start inside one another, in both orders. After a step rounding of poses is all that may differ,
-/// 1e-17 m; contacts that end spread it, of a hull in a cylinder to 2e-8 m in 60 steps. The solve of a body deep in a cone's facets does not
-/// settle, and grows rounding at once; of bodies that meet some differ from the first touch on. `./run bench right order` counts all of
+/// 1e-17 m; contacts that end spread it, of a hull in a cylinder to 2e-8 m in 60 steps. The solve of a body deep in a cone's facets does
+/// not settle, and grows rounding at once; of bodies that meet some differ from the first touch on. `./run bench right order` counts all of
 /// these among 10 000 pairs.
 TEST(Order, OfTwoBodiesInsideOneAnotherDecidesNothing) {
   constexpr int kSteps = 20;
