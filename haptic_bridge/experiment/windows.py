@@ -108,7 +108,7 @@ class ExperimenterWindow(QWidget):
         self.setWindowTitle('experimenter')
         self.setMinimumWidth(EXPERIMENTER_WIDTH)
         self.bar, self.now, self.after, self.lines, self.note = QProgressBar(), QLabel('starting'), QLabel(), QPlainTextEdit(), QLineEdit()
-        self.seen = QLabel()  # what the subject reads
+        self.seen = QLabel()  # the text that the subject reads
         self.seen.setWordWrap(True)
         self.lines.setReadOnly(True)
         self.lines.setFocusPolicy(Qt.NoFocus)

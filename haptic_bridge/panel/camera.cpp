@@ -12,7 +12,7 @@ namespace haptic {
 namespace {
 
 constexpr double kPitch = 0.45;       // [rad]
-constexpr double kNearClip = 0.001;   // what is nearer to the camera is not drawn [m]
+constexpr double kNearClip = 0.001;   // a point nearer to the camera is not drawn [m]
 constexpr int kFitted = 2;            // views before those of the configuration
 constexpr double kRounding = 1e-4;    // rviz keeps its cameras in floats [1]
 constexpr const char* kOrbit = "rviz/Orbit";

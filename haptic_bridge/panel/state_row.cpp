@@ -25,7 +25,7 @@ StateRow::StateRow(QWidget* parent) : QToolBar("State", parent), row_(new QLabel
   row_->setWordWrap(true);
   row_->setSizePolicy(QSizePolicy::Expanding, QSizePolicy::Preferred);
   row_->setMinimumWidth(1);  // a long text breaks, and does not widen the window
-  row_->setFixedHeight(2 * row_->fontMetrics().lineSpacing() + 10);  // two lines: what is below does not jump under the mouse
+  row_->setFixedHeight(2 * row_->fontMetrics().lineSpacing() + 10);  // two lines: the picture below does not jump under the mouse
   addWidget(row_);
   connect(&timer_, &QTimer::timeout, this, [this] { refresh(); });
   timer_.start(kRefresh);

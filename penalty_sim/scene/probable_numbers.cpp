@@ -55,7 +55,7 @@ class TreeExtent {
     }
   }
   double size() const { return without(nullptr, false); }
-  /// Size of all else; 0 where nothing of it has a shape.
+  /// Size of the rest of the robot; 0 where no other link has a shape.
   double besides(const JudgedLink& link) const { return without(&link, true); }
 
  private:

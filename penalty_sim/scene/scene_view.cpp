@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kReach = 0.05;     // from a pointer, in metres of the grip: the workspace of a small device [m]
 constexpr double kGripRadius = 0.02;  // about that of the grips [m]
-constexpr double kInHand = 0.005;   // shapes that begin nearer to a pointer than this hide nothing of it [m]
+constexpr double kInHand = 0.005;   // a shape nearer to a pointer than this distance does not hide it [m]
 constexpr double kFarLarger = 4;    // bodies larger than the view by this factor are ground, not content [1]
 constexpr double kOverGround = 3e-4;  // what is drawn nearer to a face flickers [m]
 // Beside the diagonals: no edge of a device's frame stands before the grip.
@@ -31,7 +31,7 @@ struct PlacedShape {
   Pose X_WS;
 };
 
-/// A link at the start, around what collides of it.
+/// The box around the collision shapes of a link at the start.
 struct Body {
   int articulation = 0, link = 0;
   bool moves = false;

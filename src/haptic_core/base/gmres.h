@@ -1,7 +1,7 @@
 /// GMRES: the x that makes |b - A x| least over the Krylov space of b, for an A that is only applied, neither symmetric nor stored.
 ///
 /// Source: Y. Saad, M. Schultz, SIAM J. Sci. Stat. Comput. 7, 1986, with Givens' rotations. In exact arithmetic it ends with the solution
-/// after as many applications as A - 1 has distinct eigenvalues. Cost beside these: some 2 n k² products for k of them.
+/// after as many applications of A as A has distinct eigenvalues. Cost of k vectors of length n beside them: 2 n k² products.
 #pragma once
 #include <algorithm>
 #include <cmath>
