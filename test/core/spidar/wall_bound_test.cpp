@@ -46,6 +46,20 @@ TEST(WallBound, ACountMovesNoForceByMoreThanIsFelt) {
   EXPECT_DOUBLE_EQ(stiffestWall(14545, 2e-5) * 2e-5, kWallCountForce);
 }
 
+// At 10 kHz counts lower the spring of a coupling, and leave the damper that keeps its tool from swinging.
+TEST(WallBound, CountsLowerTheSpringOfACouplingAndKeepItsDamper) {
+  const double T = 1e-4, B = 8;
+  LoopPort port{B, 1.5 * T, T, 0, 1 / (2 * M_PI * 200)};
+  const CouplingBound whole = stiffestCoupling(port);
+  port.count = 1.67e-5;
+  const CouplingBound bound = stiffestCoupling(port);
+  EXPECT_GT(whole.stiffness * port.count, 2 * kCountForce);
+  EXPECT_DOUBLE_EQ(bound.stiffness * port.count, kCountForce);
+  EXPECT_EQ(bound.damping, whole.damping);
+  port.count = 1e-4;  // coarse: one of them is a speed of 1 m/s for a tick
+  EXPECT_NEAR(stiffestCoupling(port).damping * (1 - std::exp(-T / port.filter)) * port.count / T, kCountForce, 1e-12);
+}
+
 using Complex = std::complex<double>;
 
 /// Least Re(Z e^{-jωL}) over B [1], Z what the hand meets of a coupling in front of a world of admittance Y, over all ω below half the
