@@ -17,7 +17,7 @@ constexpr double kLeastFelt = 0.8;    ///< share, likewise
 struct ThinWorst {
   double given = 0, given_direct = 0, moving = 0, moving_direct = 0, held = 0, jump = 0, felt = 1;
   int done = 0, refused = 0, infinite = 0;
-  int rings = 0, rings_direct = 0, jumps = 0, gives = 0, felt_less = 0, passed_and_rang = 0, softened = 0;
+  int rings = 0, rings_direct = 0, jumps = 0, gives = 0, felt_less = 0, passed_and_rang = 0, softened = 0, doubted = 0;
 };
 
 TrialResult tried(const scenes::ThinPress& p, const DeviceDef& device) { return tryHand(p.world, 0, p.settings, device, p.way); }
@@ -37,6 +37,7 @@ void add(const scenes::ThinPress& p, int number, ThinWorst& worst) {
   worst.rings += rang, worst.jumps += jumped, worst.gives += gave, worst.felt_less += felt < kLeastFelt;
   worst.rings_direct += rang && !p.isVirtual(), worst.infinite += !r.finite;
   worst.softened += r.weakened > 0;
+  worst.doubted += r.doubted > 0;
   worst.jump = std::max(worst.jump, r.jump);
   worst.felt = std::min(worst.felt, felt);
   worst.given = std::max(worst.given, r.energy_given);
@@ -47,10 +48,10 @@ void add(const scenes::ThinPress& p, int number, ThinWorst& worst) {
     worst.moving_direct = std::max(worst.moving_direct, r.energy_moving);
   }
   if (rang) worst.passed_and_rang += pressHand(p.world, 0, p.settings, device).steady();
-  if (!rang && !gave && !jumped && r.finite && felt >= kLeastFelt) return;
-  std::printf("thin %d:%s%s jump %.2f N, gave %.4f (%.4f less motion, %.4f beyond held) J, most %.2f N, felt %.2f: %s\n", number,
-              rang ? " RINGS" : "", r.finite ? "" : " NOT FINITE", r.jump, r.energy_given, r.energy_moving, r.energy_held, r.strongest,
-              felt, p.text.c_str());
+  if (!rang && !gave && !jumped && r.finite && felt >= kLeastFelt && r.doubted == 0) return;
+  std::printf("thin %d:%s%s%s jump %.2f N, gave %.4f (%.4f less motion, %.4f beyond held) J, most %.2f N, felt %.2f: %s\n", number,
+              rang ? " RINGS" : "", r.finite ? "" : " NOT FINITE", r.doubted > 0 ? " DOUBTED" : "", r.jump, r.energy_given,
+              r.energy_moving, r.energy_held, r.strongest, felt, p.text.c_str());
   std::fflush(stdout);
 }
 
@@ -78,6 +79,7 @@ void measureThinPresses(int presses, int first) {
   figure("hand.thin.jump_over_stiffness_n", worst.jump, "N");
   figure("hand.thin.check_says_pass_and_rings", worst.passed_and_rang, "1");
   figure("hand.thin.felt_share_min", worst.felt, "1");
+  figure("hand.false_reduced", worst.doubted, "1");
   figure("hand.thin.softened_pct", 100.0 * worst.softened / std::max(1, worst.done), "%");
 }
 

@@ -90,6 +90,7 @@ inline constexpr double kStillBegins = 0.5;
 /// Memory of a pair's contact: state of the world. Vectors at the last evaluation, in axes M since the anchor (`SharedTurn`).
 struct FrictionMemory {
   FrictionAnchor anchor;              ///< where slip is measured from
+  Vector3 point_A = Vector3::Zero();  ///< the patch, in A [m]
   Vector3 normal_A = Vector3::Zero(); ///< n, in A's axes
   Vector3 slip_M = Vector3::Zero();   ///< elastic displacement of B against A at the patch [m]
   Vector3 rate_M = Vector3::Zero();   ///< slip velocity [m/s]
@@ -107,7 +108,7 @@ struct FrictionMemory {
 
   template <class Self, class Visit>
   static void eachField(Self& s, Visit&& visit) {
-    visit(s.anchor), visit(s.normal_A), visit(s.slip_M), visit(s.rate_M), visit(s.force_M);
+    visit(s.anchor), visit(s.point_A), visit(s.normal_A), visit(s.slip_M), visit(s.rate_M), visit(s.force_M);
     visit(s.twist), visit(s.spin), visit(s.torque), visit(s.load), visit(s.area), visit(s.torsion);
     visit(s.sliding), visit(s.touching), visit(s.began);
     visit(s.energy), visit(s.elastic_energy);

@@ -54,6 +54,7 @@ LocatedForce locatedForce(const ContactVolume& contact, const Pose& X_AB, Contac
   const Matrix3& R_AP = contact.X_AP.R;
   const double A0 = layerArea(contact), J = torsionArea(contact), kt = law.material.tangential_stiffness;
   FrictionMemory& next = out.memory;
+  next.point_A = contact.X_AP.p;
   next.normal_A = R_AP.col(2);
   const Vector3 slip_A = R_AP.leftCols<2>() * friction.slip;
   next.slip_M = out.toM(slip_A);

@@ -141,6 +141,7 @@ class Trial {
     ++r.ticks;
     r.touching += now.in_contact;
     r.led += now.slewed;
+    r.doubted += spidar_.state() == DeviceState::kReduced || spidar_.state() == DeviceState::kFault;
     r.weakened += now.in_contact && now.stiffness_share < 1;
     r.strongest = std::max(r.strongest, now.F_asked_B.force.norm());
     r.over_limit += now.F_asked_B.force.norm() > (1 + 1e-9) * spidar_.def().max_force;

@@ -47,6 +47,7 @@ struct TrialResult {
   /// The same as energy_given, less what the hand itself has stored by going on beyond a held tool (direct coupling): its force times the
   /// way behind which the tool stays, as of a virtual coupling's spring at its limit [J].
   double energy_held = 0;
+  int doubted = 0;           ///< ticks in which the device, a sound one, was REDUCED or in FAULT
   bool rings = false;        ///< while the target rested
   bool finite = true;        ///< the world stayed so
 

@@ -15,15 +15,25 @@ constexpr double kLeastShare = 1e-6;
 /// middle in a thin plate, and gives back there what the elastic energy of its patch does not tell; less, and surfaces are stiffer.
 constexpr double kShared = 0.05;
 
-Matrix3 metStiffness(const Model& model, const State& state, const std::vector<int>& pairs, const Placement& placement, int link) noexcept {
-  Matrix3 met = Matrix3::Zero();
+/// What a contact of unit stiffness along n, at the arm r, opposes: the root of its part of M.
+Vector6 opposed(const Vector3& n_W, const Vector3& arm_W, double turn_of_way) noexcept {
+  Vector6 J;
+  J << arm_W.cross(n_W) / std::sqrt(turn_of_way), n_W;
+  return J;
+}
+
+/// M of a pointer's link, about the point p_WP of it.
+Matrix6 metStiffness(const Model& model, const State& state, const std::vector<int>& pairs, const Placement& placement, int link,
+                     const Vector3& p_WP, double turn_of_way) noexcept {
+  Matrix6 met = Matrix6::Zero();
   for (const int i : pairs) {
     const ActivePair& pair = state.pairs[i];
     const int a = pair.shapeA(), b = pair.shapeB();
     if (pair.friction.touching == 0 || (model.shapes[a].link != link && model.shapes[b].link != link)) continue;
     const ModelShape& A = model.shapes[a];  // its place in W follows its link's within a step, and not at the end of an implicit one
-    const Vector3 n_W = placement.link[A.link].X_WL.R * (A.X_LS.R * pair.friction.normal_A);
-    met += model.law(a, b, false, false).material.stiffness * pair.friction.area * n_W * n_W.transpose();
+    const Pose X_WA = placement.link[A.link].X_WL * A.X_LS;
+    const Vector6 J = opposed(X_WA.R * pair.friction.normal_A, X_WA * pair.friction.point_A - p_WP, turn_of_way);
+    met += model.law(a, b, false, false).material.stiffness * pair.friction.area * J * J.transpose();
   }
   return met;
 }
@@ -91,7 +101,9 @@ void boundHands(const Model& model, const State& state, const Placement& placeme
       hands.coupling[i] = borne(model.tuning.coupling[i], hands.own_coupling[i], bound);
       hands.pressed[link] = bound.press > 0 ? bound.press + model.links[link].mass * model.settings.gravity.norm() : 0.0;
     } else if (!std::isinf(bound.stiffness)) {
-      bound.met_W = metStiffness(model, state, state.pairs.awake(), placement, state.pointers[i].link);
+      const int link = state.pointers[i].link;
+      const Vector3 p_WP = placement.link[link].X_WL * model.pointerFrame(i, link).p;
+      bound.met_W = metStiffness(model, state, state.pairs.awake(), placement, link, p_WP, bound.turn_of_way);
     }
   }
 }
@@ -101,15 +113,21 @@ void boundLaw(const HandBound& bound, double period, const FrictionMemory& befor
   if (std::isinf(bound.stiffness)) return;
   ContactMaterial& m = law.material;
   const Vector3 n_W = R_WA * contact.normal();
-  const double along = before.touching != 0 ? n_W.dot(R_WA * before.normal_A) : 0;
-  const double others = n_W.dot(bound.met_W * n_W) - m.stiffness * before.area * along * along;
   // A push beside the origin turns the hand as well, and is as much stiffer to it.
-  const double own = m.stiffness * contact.A0 * (1 + arm_W.cross(n_W).squaredNorm() / bound.turn_of_way);
+  const Vector6 J = opposed(n_W, arm_W, bound.turn_of_way);
+  const double own = m.stiffness * contact.A0 * J.squaredNorm();
+  double others = J.dot(bound.met_W * J) / J.squaredNorm(), rubs = bound.met_W.trace();
+  if (before.touching != 0) {
+    const Vector3 before_W = R_WA * before.normal_A;
+    const Vector6 J_before = opposed(before_W, arm_W, bound.turn_of_way);
+    const double along = J.dot(J_before);
+    others -= m.stiffness * before.area * along * along / J.squaredNorm();
+    rubs -= m.stiffness * before.area * J_before.squaredNorm();
+  }
   const double met = own + std::max(0.0, others);
   const double area = layerArea(contact), lever = 1 + arm_W.squaredNorm() / bound.turn_of_way;
   // Friction's springs add up whatever the normals: each neighbour's is taken as stiff against k A0 as this one's.
-  const double neighbours = std::max(0.0, bound.met_W.trace() - (before.touching != 0 ? m.stiffness * before.area : 0.0));
-  const double rubbed = m.tangential_stiffness * area * lever + m.tangential_stiffness / m.stiffness * neighbours;
+  const double rubbed = m.tangential_stiffness * area * lever + m.tangential_stiffness / m.stiffness * std::max(0.0, rubs);
   double rub_share = rubbed > bound.stiffness ? std::max(kLeastShare, bound.stiffness / rubbed) : 1.0;
   if (met > bound.stiffness) {
     const double share = std::max(kLeastShare, bound.stiffness / met);
@@ -123,8 +141,9 @@ void boundLaw(const HandBound& bound, double period, const FrictionMemory& befor
   const double share = area > contact.A0 ? layer / (layer + std::max(0.0, others)) : own / met;
   const double most = mostDamping(bound, period) * bound.stiffness * share;  // [N·s/m]
   if (tangentialDamping(law, area) * area * lever > most) m.tangential_damping = most / (area * lever);
-  if (m.damping * area > most) m.damping = most / area;
-  if (m.dissipation * m.stiffness * contact.volume > most) m.dissipation = most / (m.stiffness * contact.volume);
+  const double most_along = most / J.squaredNorm();
+  if (m.damping * area > most_along) m.damping = most_along / area;
+  if (m.dissipation * m.stiffness * contact.volume > most_along) m.dissipation = most_along / (m.stiffness * contact.volume);
 }
 
 double stiffnessMet(const Model& model, const State& state, const Visits& visits, const Placement& placement, const HandWork& hands,
@@ -136,7 +155,8 @@ double stiffnessMet(const Model& model, const State& state, const Visits& visits
   }
   const int link = state.pointers[pointer].link;
   const bool rests = visits.phase[model.links[link].articulation] != Phase::kMoves;
-  return largest(metStiffness(model, state, rests ? state.pairs.resting() : state.pairs.awake(), placement, link));
+  const std::vector<int>& pairs = rests ? state.pairs.resting() : state.pairs.awake();
+  return largest(metStiffness(model, state, pairs, placement, link, Vector3::Zero(), INFINITY).bottomRightCorner<3, 3>());
 }
 
 }  // namespace haptic

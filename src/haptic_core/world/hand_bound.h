@@ -1,16 +1,17 @@
 /// How stiff the contacts of a hand's pointer may be, so that the loop around the hand does not ring.
 ///
 /// Who moves the pointer says what its hand bears: K_max [N/m] in the world, from the loop's rate and delay
-/// (spidar/wall_bound.h). The pointer's contacts oppose K = λ_max(M), M = Σ k A0 n nᵀ.
+/// (spidar/wall_bound.h). A push along n at the arm r from the pointer's origin turns the hand as well: J = (r × n/ρ, n), ρ² the hand's
+/// damping of a turn over that of a way. The pointer's contacts oppose M = Σ k A0 J Jᵀ.
 ///
-/// Direct coupling. A contact in whose direction the hand meets K_i = k A0 + nᵀ M' n > K_max, M' of the other contacts as
+/// Direct coupling. A contact in whose direction the hand meets K_i = k A0 |J|² + Jᵀ M' J/|J|² > K_max, M' of the other contacts as
 /// the last step left them, is weakened by s = K_max/K_i: k, k_t, b and b_t alike. A lone contact pushes with K_max V/A0, K_max
 /// times its mean thickness. The share s follows from where the bodies are now, not from time: a spring gives back
-/// on the way out the energy that it took on the way in, and no other. With two contacts at an angle λ_max of the rest is up to 1.21 K_max.
-/// A push beside the link's origin, at the arm r from it, turns the hand as well: its stiffness against both is k A0 (1 + |r × n|²/ρ²),
-/// ρ² the hand's damping of a turn over that of a way, and of friction's springs Σ k_t A (1 + r²/ρ²): in a corner two of them add up.
-/// Its dampers, normal and tangential, are held to ⅔ τ K_max between them and its neighbours (`kMostDamping`): the loop's bound is
-/// on K and b together, and at 6 N a dissipation of 10 s/m is a damper of 60 N·s/m, seven times a hand's own.
+/// on the way out the energy that it took on the way in, and no other. Of the rest λ_max(M) is up to 1.21 K_max with two contacts at an
+/// angle, up to 1.37 K_max with feet in a circle. With M of ways alone a ring of eight pieces turned its hand 3 times as stiffly, and rocked.
+/// Friction's springs oppose Σ k_t A (1 + r²/ρ²): in a corner two of them add up.
+/// Its dampers, normal and tangential, are held to ⅔ τ K_max between them and its neighbours (`kMostDamping`), arms counted as of springs:
+/// the loop's bound is on K and b together, and at 6 N a dissipation of 10 s/m is a damper of 60 N·s/m, seven times a hand's own.
 /// Other pairs keep their laws, and both bodies of a weakened pair feel the same force.
 /// Virtual coupling. Its hand meets the coupling in front of whatever its tool touches, and bears K and b of wall_bound.h whatever that is.
 /// Where the scene leaves values to be derived the coupling has those; values beyond are lowered to them, a turn's to ρ² times. They do
@@ -70,7 +71,7 @@ struct PointerBound {
 
 /// The bound of a pointer's hand, and the stiffness that it met.
 struct HandBound : PointerBound {
-  Matrix3 met_W = Matrix3::Zero();                             ///< M as the last step left it [N/m]
+  Matrix6 met_W = Matrix6::Zero();                             ///< M as the last step left it, of turns times ρ and ways [N/m]
 };
 
 /// (in realtime) Before each step: M of the pointers that have a bound; virtual couplings as they hold.

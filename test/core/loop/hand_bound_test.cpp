@@ -146,7 +146,7 @@ TEST(HandBound, DampersAreHeldWhereTheAreaVanishes) {
   swallowed.volume = 5e-7;
   swallowed.depth = 0.01;
   for (const double others : {0.0, 500.0}) {  // [N/m] that the hand meets elsewhere
-    bound.met_W = others * Matrix3::Identity();
+    bound.met_W.bottomRightCorner<3, 3>() = others * Matrix3::Identity();
     PairLaw law;
     law.reduced_mass = 1;
     ContactMaterial& m = law.material;
@@ -219,8 +219,8 @@ TEST(HandBound, APushBesideTheOriginIsBoundedByItsLever) {
   for (const Vector3& arm : {Vector3(0, 0, 0), Vector3(0.01, 0.005, 0), Vector3(0.05, -0.2, 0.1), Vector3(0.03 * n)}) {
     PairLaw law;
     ContactMaterial& m = law.material;
-    m.stiffness = m.tangential_stiffness = 1e9;
-    m.damping = m.dissipation = m.tangential_damping = 0;
+    m.stiffness = m.tangential_stiffness = m.damping = 1e9;
+    m.dissipation = m.tangential_damping = 0;
     boundLaw(bound, kPeriod, {}, Matrix3::Identity(), arm, patch(A0, n), law);
     const auto met = [&](const Matrix3& K) {
       Eigen::Matrix<double, 3, 6> J;
@@ -230,8 +230,48 @@ TEST(HandBound, APushBesideTheOriginIsBoundedByItsLever) {
     };
     const Matrix3 along = n * n.transpose(), across = Matrix3::Identity() - along;
     EXPECT_NEAR(met(m.stiffness * A0 * along), bound.stiffness, 1e-9 * bound.stiffness);
+    EXPECT_NEAR(met(m.damping * A0 * along), kMostDamping * kLeastLag * kPeriod * bound.stiffness, 1e-9);
     EXPECT_LE(met(m.tangential_stiffness * A0 * across), bound.stiffness * (1 + 1e-9));
     EXPECT_GT(met(m.tangential_stiffness * A0 * across), 0.4 * bound.stiffness / (1 + arm.squaredNorm() / bound.turn_of_way));
+  }
+}
+
+// Feet in a circle of radius a ρ: each turns the hand as its neighbours do. N of them oppose N s k A0 to a way and ½ N a² s k A0 to a turn,
+// and s is K_max (1 + a²)/(N + ½ N a⁴): at most (1 + √3)/2 K_max, at a² = √3 - 1. A foot that took its neighbours for pushes through the
+// origin would leave 3 K_max.
+TEST(HandBound, FeetInACircleTurnTheHandTogether) {
+  HandBound bound;
+  bound.stiffness = 1000;
+  constexpr double kA0 = 1e-4, k = 1e9;
+  constexpr int kFeet = 8;
+  const double rho = std::sqrt(bound.turn_of_way);
+  for (const double radius : {0.1 * rho, rho, 2 * rho, 5 * rho}) {
+    std::vector<Vector3> arms;
+    std::vector<Vector6> J(kFeet);
+    bound.met_W.setZero();
+    for (int i = 0; i < kFeet; ++i) {
+      arms.push_back(rotationFromVector(2 * M_PI * i / kFeet * Vector3::UnitZ()) * Vector3(radius, 0, -0.02));
+      J[i] << arms[i].cross(Vector3::UnitZ()) / rho, Vector3::UnitZ();
+      bound.met_W += k * kA0 * J[i] * J[i].transpose();
+    }
+    FrictionMemory before;
+    before.touching = 1, before.area = kA0, before.normal_A = Vector3::UnitZ();
+    Matrix6 springs = Matrix6::Zero(), dampers = Matrix6::Zero();
+    for (int i = 0; i < kFeet; ++i) {
+      PairLaw law;
+      ContactMaterial& m = law.material;
+      m.stiffness = m.damping = k;
+      m.tangential_stiffness = m.tangential_damping = m.dissipation = 0;
+      boundLaw(bound, kPeriod, before, Matrix3::Identity(), arms[i], patch(kA0, Vector3::UnitZ()), law);
+      springs += m.stiffness * kA0 * J[i] * J[i].transpose();
+      dampers += m.damping * kA0 * J[i] * J[i].transpose();
+    }
+    const auto most = [](const Matrix6& M) { return Eigen::SelfAdjointEigenSolver<Matrix6>(M).eigenvalues()[5]; };
+    const double most_damping = kMostDamping * kLeastLag * kPeriod * bound.stiffness;
+    const double a2 = radius * radius / bound.turn_of_way;
+    const double expected = std::max(1.0, 0.5 * a2) * (1 + a2) / (1 + 0.5 * a2 * a2);
+    EXPECT_NEAR(most(springs), expected * bound.stiffness, 1e-9 * bound.stiffness) << radius;
+    EXPECT_NEAR(most(dampers), expected * most_damping, 1e-9 * most_damping) << radius;
   }
 }
 
@@ -258,7 +298,7 @@ TEST(HandBound, ALawIsWeakenedToTheBoundAndNotBeyond) {
   }
   // Two contacts share a direction, two others do not.
   for (const double angle : {0.0, M_PI / 2}) {
-    bound.met_W = Vector3::UnitX() * Vector3::UnitX().transpose() * 1000;  // another contact's
+    bound.met_W = Vector6::Unit(3) * Vector6::Unit(3).transpose() * 1000;  // another contact's, along x
     PairLaw law;
     law.material.stiffness = 1000 / A0;
     law.material.tangential_stiffness = law.material.tangential_damping = law.material.damping = law.material.dissipation = 0;
