@@ -8,7 +8,7 @@
 /// the last step left them, is weakened by s = K_max/K_i: k, k_t, b and b_t alike. A lone contact pushes with K_max V/A0, K_max
 /// times its mean thickness. The share s follows from where the bodies are now, not from time: a spring gives back
 /// on the way out the energy that it took on the way in, and no other. Of the rest λ_max(M) is up to 1.21 K_max with two contacts at an
-/// angle, up to 1.37 K_max with feet in a circle. With M of ways alone a ring of eight pieces turned its hand 3 times as stiffly, and rocked.
+/// angle, up to 1.37 K_max with feet in a circle. With M of ways alone a ring of eight pieces rocked.
 /// Friction's springs oppose Σ k_t A (1 + r²/ρ²): in a corner two of them add up.
 /// Its dampers, normal and tangential, are held to ⅔ τ K_max between them and its neighbours (`kMostDamping`), arms counted as of springs:
 /// the loop's bound is on K and b together, and at 6 N a dissipation of 10 s/m is a damper of 60 N·s/m, seven times a hand's own.
