@@ -73,8 +73,8 @@ class PresentableSet::Columns final : public PresentableSet::Part {
   double least(const RowBounds& rows, double force, double torque, int kind) const override {
     double found = std::numeric_limits<double>::infinity();
     bool any = false;
+    Normal normal;
     for (const std::uint16_t s : faces) {
-      Normal normal;
       if (!normal.find(rows, sets_[s])) continue;
       any = true;
       const Vector& n = normal.n;
@@ -97,8 +97,8 @@ class PresentableSet::Columns final : public PresentableSet::Part {
       still_open = open;
       return CellVerdict::kUndecided;
     }
+    Face face;
     for (const std::uint16_t s : open) {
-      Face face;
       Found found = judgeFace(rows, sets_[s], face);
       if (found == Found::kIrregular && settlesDegenerate(rows, sets_[s])) found = Found::kSettled;
       if (found == Found::kOutside) return CellVerdict::kOutside;
@@ -122,12 +122,16 @@ class PresentableSet::Columns final : public PresentableSet::Part {
     Eigen::Matrix<double, D, kRows> Q;
     Eigen::Matrix<double, kRows, kRows> upper, inverse;
     std::array<bool, kMaxStrings> has{};
+    Set held{};
+    int done = 0;  // columns of Q that belong to `held`
 
+    /// Columns that the set shares with the one before, at the same rows, are kept: sets come in lexicographic order.
     bool find(const RowBounds& rows, const Set& set) {
-      Vector left = Vector::Ones();  // squares of what each axis keeps outside of Q's span
-      has.fill(false);
-      for (int j = 0; j < kRows; ++j) {
-        has[set[j]] = true;
+      int first = 0;
+      while (first < done && held[first] == set[first]) ++first;
+      held = set;
+      for (done = first; done < kRows; ++done) {
+        const int j = done;
         Vector q = rows.row[set[j]].template head<D>();
         const double size = q.norm();
         for (int pass = 0; pass < 2; ++pass)  // twice is enough (Kahan)
@@ -139,6 +143,11 @@ class PresentableSet::Columns final : public PresentableSet::Part {
         upper(j, j) = q.norm();
         if (upper(j, j) <= kDependent * size) return false;
         Q.col(j) = q / upper(j, j);
+      }
+      Vector left = Vector::Ones();  // squares of what each axis keeps outside of Q's span
+      has.fill(false);
+      for (int j = 0; j < kRows; ++j) {
+        has[set[j]] = true;
         left -= Q.col(j).cwiseAbs2();
       }
       int axis = 0;
@@ -266,6 +275,8 @@ class PresentableSet::Columns final : public PresentableSet::Part {
     }
     if (!(share < 0.9)) return false;
     face.turn.setZero();
+    face.others = 0;
+    face.base = face.base_more = 0;
     for (int m = 0; m < rows.moves; ++m) {
       for (int j = 0; j < kRows; ++j) face.turn(m, j) = n.dot(rows.slope[set[j]][m].template head<D>());
       tilt += rows.half[m] * (face.turn.row(m) * face.normal.inverse).norm();
