@@ -98,12 +98,21 @@ class PresentableSet::Columns final : public PresentableSet::Part {
       return CellVerdict::kUndecided;
     }
     Face face;
+    double least = std::numeric_limits<double>::infinity();
+    std::size_t nearest = 0;  // of still_open: the face of least value at the centre; a part that lies outside is outside of it first
     for (const std::uint16_t s : open) {
-      Found found = judgeFace(rows, sets_[s], face);
+      double value = std::numeric_limits<double>::infinity();
+      Found found = judgeFace(rows, sets_[s], face, value);
       if (found == Found::kIrregular && settlesDegenerate(rows, sets_[s])) found = Found::kSettled;
       if (found == Found::kOutside) return CellVerdict::kOutside;
-      if (found != Found::kSettled) still_open.push_back(s);
+      if (found == Found::kSettled) continue;
+      if (value < least) {
+        least = value;
+        nearest = still_open.size();
+      }
+      still_open.push_back(s);
     }
+    if (nearest > 0) std::rotate(still_open.begin(), still_open.begin() + nearest, still_open.begin() + nearest + 1);
     return still_open.empty() && !faces.empty() ? CellVerdict::kInside : CellVerdict::kUndecided;
   }
 
@@ -177,13 +186,14 @@ class PresentableSet::Columns final : public PresentableSet::Part {
     std::array<Eigen::Matrix<double, 6, 1>, kMaxStrings> g;
   };
 
-  Found judgeFace(const RowBounds& rows, const Set& set, Face& face) const {
+  Found judgeFace(const RowBounds& rows, const Set& set, Face& face, double& value) const {
     if (!face.normal.find(rows, set) || !expand(rows, set, face)) return Found::kIrregular;
     bool settled = true;
     for (const double sign : {1.0, -1.0}) {
       double most = 0;
       if (lowerBound(rows, face, sign, most) > slack_) continue;
       settled = false;
+      value = std::min(value, most);
       if (most < 0 && upperBound(rows, face, sign) < -slack_) return Found::kOutside;
     }
     return settled ? Found::kSettled : Found::kOpen;
