@@ -257,7 +257,7 @@ std::string wallText(const DeviceDef& def) {
     text += " " + number(rate, 0) + " Hz " + borne(def.grip_damping, 2) + " / " + borne(def.grip_damping + kRelaxedHandDamping, 1) + ";";
   }
   text.back() = '\n';
-  return text + "  (Colgate & Schenkel: damping over half a period plus delay, and " + number(kWallCountForce, 2) +
+  return text + "  (Colgate & Schenkel: damping over half a period plus delay, and " + number(kCountForce, 2) +
          " N a count at most; the passivity controller adds damping up to its own)\n";
 }
 

@@ -27,11 +27,12 @@
 ///   - the damper takes a filtered velocity of the hand, b/(1 + jωσ): the disc is turned by the phase of (K + jωb/(1 + jωσ))/(K + jωb) as
 ///     well. For σ = 0.8 ms the left side of (1) is 1.09 B at most, at any period; `kFiltered` K makes it 0.96 B (wall_bound_test).
 ///
-/// **Counts.** One encoder count q moves the force of a coupling's spring by K q, for as long as it lasts, that of its damper by b q g/T, g
-/// the share of the filter in a period, for some periods, and a wall's by S q. That is felt while the hand rests: K and b are each lowered
-/// until it is `kCountForce`, and S until it is `kWallCountForce`. Lowered together, K and b left a tool that swung at 65 Hz with a damping
-/// ratio of 0.03 at 10 kHz, where b alone was within the bound: 7 of 25 presses rang by it.
-/// At 1 kHz that lowers the wall of the device with the coarsest counts alone, at 10 kHz from 14.5 to 9 N/mm where a count is 17 µm.
+/// **Counts.** One encoder count q moves the force of a wall's or coupling's spring by S q or K q, for as long as it lasts, and that of a
+/// coupling's damper by b q g/T, g the share of the filter in a period, for some periods. A hand at rest feels that, and a grip hums by it,
+/// between two or three counts. S and b are each lowered until that force is `kCountForce`, K until it is three quarters of it: a tool
+/// swings behind the coupling. Of 2000 presses on thin bodies (bench `hand`) 15 hum with 0.15 N for S and 0.1 N for K and b, 3 with these.
+/// Lowered together, K and b leave a tool that swings at 65 Hz with a damping ratio of 0.03 at 10 kHz, where b alone is within the bound.
+/// At 1 kHz that lowers the wall of the device with the coarsest counts alone, at 10 kHz from 14.5 to 4.8 N/mm where a count is 17 µm.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -46,11 +47,9 @@ inline constexpr double kRelaxedHandDamping = 8;
 inline constexpr double kRelaxedHandTurnDamping = 0.01;
 /// Share of K of (1) that the filter of the velocity leaves [1]; at 1 a world can be made that gets a tenth of B at 400 Hz.
 inline constexpr double kFiltered = 0.9;
-/// Most that one count may change a force [N]: a third of the least change that is counted as a turn of a ring
-/// (loop/hand_trial.h), for a grip that hums swings by two or three. A count of 17 µm is 0.10 N at 1 kHz, and would be 0.35 N at 10 kHz.
-inline constexpr double kCountForce = 0.1;
-/// The same of a wall, which has no tool between that swings [N]: half of that change.
-inline constexpr double kWallCountForce = 0.15;
+/// Most that one count may change a force [N]: three of them are less than the least change that is counted as a turn of a ring, 0.3 N
+/// (loop/hand_trial.h). A count of 17 µm is 0.08 N at 1 kHz in front of the stiffest wall, and would be 0.25 N at 10 kHz.
+inline constexpr double kCountForce = 0.08;
 
 /// Largest K [N/m] for B, b [N·s/m], T and τ [s]; 0: none, the device has no damping to spare.
 inline double largestWallStiffness(double device_damping, double wall_damping, double period, double delay) {
@@ -58,8 +57,8 @@ inline double largestWallStiffness(double device_damping, double wall_damping, d
 }
 
 /// S [N/m] of a wall that the hand bears by damping and delay, lowered until a count of `count` [m] moves its force by no more than
-/// kWallCountForce.
-inline double stiffestWall(double borne, double count) { return std::min(borne, kWallCountForce / count); }
+/// kCountForce.
+inline double stiffestWall(double borne, double count) { return std::min(borne, kCountForce / count); }
 
 /// The port of a loop, at the grip.
 struct LoopPort {
@@ -81,7 +80,7 @@ inline CouplingBound stiffestCoupling(const LoopPort& port) {
   CouplingBound bound{kFiltered * port.damping / (port.lag + 0.5 * port.period), 0.5 * port.damping};
   const double gain = -elementary::expm1(-port.period / port.filter);
   const double most = kCountForce / port.count;
-  return {std::min(bound.stiffness, most), std::min(bound.damping, most * port.period / gain)};
+  return {std::min(bound.stiffness, 0.75 * most), std::min(bound.damping, most * port.period / gain)};
 }
 
 /// The largest K [N/m] of a loop that bears `stiffness` [N/m] by damping B [N·s/m], when its delay grows by `added` [s]: B/K is T/2 + τ,
