@@ -114,15 +114,20 @@ struct Sticky {
   double slips = 0;  ///< [m]; it stands still until it is off by so much, then it slips to where it belongs
 };
 
-/// Milliseconds from the first count that is off by more than a quarter of a millimetre to FAULT; 0: it never was so far off.
-double stickyUnnamed(const DeviceDef& def, int string, const Sticky& sticky, int at_tick, bool& right) {
+/// How long a fault stays without FAULT [ms]: from the first count that is off by more than a quarter of a millimetre, 0 if none ever is;
+/// and from the first reading whose lengths contradict each other.
+struct Unnamed {
+  double off = 0, contradicted = 0;
+  bool right = false;  ///< the string is named
+};
+Unnamed stickyUnnamed(const DeviceDef& def, int string, const Sticky& sticky, int at_tick) {
   constexpr int kPatience = 3000;
   constexpr double kOff = 0.25e-3;  // [m]: nothing is to be seen before
   Waved rig(def);
   const Spidar& device = rig.device;
   const double step = def.strings[static_cast<std::size_t>(string)].length_per_count;
   std::int64_t first = 0, stuck = 0;
-  int off_since = 0;
+  int off_since = 0, contradicted_since = 0;
   for (int k = 0; k < at_tick + kPatience; ++k) {
     rig.tick([&](auto& counts) {
       std::int64_t& count = counts[static_cast<std::size_t>(string)];
@@ -133,35 +138,37 @@ double stickyUnnamed(const DeviceDef& def, int string, const Sticky& sticky, int
       count = sticky.slips > 0 ? stuck : first + std::llround(sticky.scale * static_cast<double>(truth - first));
       if (off_since == 0 && std::fabs(static_cast<double>(truth - count) * step) > kOff) off_since = k;
     });
+    if (contradicted_since == 0 && k >= at_tick && device.health().contradicted()) contradicted_since = k;
     if (device.state() != DeviceState::kFault) continue;
-    right = device.suspectString() == string;
-    return off_since > 0 ? (k - off_since + 1) * kStep * 1e3 : 0;
+    const auto since = [&](int tick) { return tick > 0 ? (k - tick + 1) * kStep * 1e3 : 0; };
+    return {since(off_since), since(contradicted_since), device.suspectString() == string};
   }
-  return kPatience;
+  return {kPatience, kPatience};
 }
 
 void sticky() {
-  double worst = 0;
+  double worst = 0, worst_contradicted = 0;
   int trials = 0, named = 0;
   for (const char* name : {"spidar_g6x3r", "spidar_g6x5r", "spidar_g6x4"}) {
     const DeviceDef def = load(name);
     for (const Sticky& kind : {Sticky{0.9, 0}, Sticky{1, 1e-3}})
       for (int string = 0; string < static_cast<int>(def.strings.size()); ++string)
         for (int at = 1500; at < 7500; at += 1300) {
-          bool right = false;
-          const double unnamed = stickyUnnamed(def, string, kind, at + 77 * string, right);
-          if (unnamed > 300) {
+          const Unnamed unnamed = stickyUnnamed(def, string, kind, at + 77 * string);
+          if (unnamed.off > 300) {
             std::printf("# %s: string %d, scale %.1f, slips %.0f mm, from %d: %.0f ms\n", name, string, kind.scale, 1e3 * kind.slips,
-                        at + 77 * string, unnamed);
+                        at + 77 * string, unnamed.off);
           }
-          worst = std::max(worst, unnamed);
+          worst = std::max(worst, unnamed.off);
+          worst_contradicted = std::max(worst_contradicted, unnamed.contradicted);
           ++trials;
-          named += right;
+          named += unnamed.right;
         }
   }
   figure("sticky.trials", trials, "1");
   figure("sticky.named_right_pct", 100.0 * named / trials, "%");
   figure("sticky.named_ms_max", worst, "ms");
+  figure("sticky.named_after_contradiction_ms_max", worst_contradicted, "ms");
 }
 
 /// A hand that darts to and fro at up to 2.5 m/s and 200 m/s², against a wall and a force that jumps every 50

@@ -34,7 +34,13 @@ CountScreen::Verdict StringHealth::screen(StringVector& length, const StringKine
                                           const GripPose& pose, double elapsed) noexcept {
   using Verdict = CountScreen::Verdict;
   Verdict verdict = screen_.judge(length, kinematics, pose, elapsed);
-  if (verdict == Verdict::kSlipped && ++corrections_ > settings_.most_corrections) verdict = Verdict::kLost;
+  since_correction_ += elapsed;
+  if (verdict == Verdict::kSlipped) {
+    const bool sticks = corrections_ > 0 && screen_.suspect() == corrected_ && since_correction_ < settings_.sticks_s;
+    if (++corrections_ > settings_.most_corrections || sticks) verdict = Verdict::kLost;
+    corrected_ = screen_.suspect();
+    since_correction_ = 0;
+  }
   if (verdict == Verdict::kSlipped || verdict == Verdict::kLost) {
     suspect(screen_.suspect(), screen_.slip(), 1u << screen_.suspect());
     diagnosis_.forget();

@@ -202,12 +202,28 @@ TEST(CountScreen, ABlowOnTheGripIsAMotion) {
   }
 }
 
+/// One slip is corrected; a second one of the same string soon after is a string that sticks, and later on it is another slip.
+TEST(CountScreen, TwoSlipsOfAStringWithinASecondAreAStringThatSticks) {
+  for (const int ticks_between : {150, 1500}) {
+    SlipRig rig("spidar_g6x5r", 0, 1);
+    rig.run(2000);
+    rig.offset[4] = 2e-3;
+    rig.run(ticks_between);
+    ASSERT_NE(rig.device.state(), DeviceState::kFault) << ticks_between;
+    ASSERT_EQ(rig.device.health().corrections(), 1) << ticks_between;
+    rig.offset[4] = 4e-3;
+    rig.run(20);
+    EXPECT_EQ(rig.device.state() == DeviceState::kFault, ticks_between < 1000) << ticks_between;
+    EXPECT_EQ(rig.device.suspectString(), 4) << ticks_between;
+  }
+}
+
 TEST(CountScreen, TheFourthSlipIsAFault) {
   SlipRig rig("spidar_g6x3r", 0, 1);
   rig.run(2000);
   for (int k = 0; k < 3; ++k) {
     rig.offset[2] += 2e-3;
-    rig.run(200);
+    rig.run(1100);
     ASSERT_EQ(rig.device.state(), DeviceState::kEnabled);
   }
   rig.offset[2] += 2e-3;
