@@ -37,9 +37,8 @@ int orderOf(const Model& model, std::size_t pointers) {
   for (const ModelTree& tree : model.trees) {
     if (tree.has_laws) return 1;
   }
-  const Attempts attempts = model.settings.attempts;
-  if (attempts == Attempts::kSdirk2 && pointers > 0) return 1;  // its stages see the hand where the step ends
-  return attempts == Attempts::kImplicitEuler ? 1 : 2;
+  if (pointers > 0) return 1;  // stages of SDIRK2 see the hand where the step ends
+  return model.settings.attempts == Attempts::kImplicitEuler ? 1 : 2;
 }
 
 /// Error of the coarser of two results that lie `difference` apart.

@@ -4,7 +4,7 @@
 /// of h, as the running world would, bit for bit; the other covers the same time in steps of h/2. With a scheme of order
 /// p the error of the first is (Richardson; Hairer, Nørsett, Wanner, Solving Ordinary Differential Equations I, II.4)
 ///     e ≈ |y_h - y_{h/2}| / (1 - 2^-p).
-/// p is the scheme's: 1 for the Euler steps, for SDIRK2 with a hand, whose motion its stages do not see, and wherever a
+/// p is the scheme's: 1 for the Euler steps, with a hand, whose motion SDIRK2's stages do not see, and wherever a
 /// joint has laws of its own (stepping/flow.h); 2 else. The wrench that a
 /// hand gets is one value per step, held: of order 1 under every scheme.
 ///
