@@ -52,16 +52,6 @@ constexpr double kNone = std::numeric_limits<double>::infinity();  ///< an error
 
 /// Error of position over s² times the change of acceleration: from the last step's end to this one's; between two stages.
 constexpr double kErrorBdf2 = 2.0 / 9, kErrorSdirk2 = 0.0404;
-/// Pairs of an island up to which it may be carried (implicit_step.cpp), and up to which changes of its contacts are resolved: in a heap
-/// there is one in most steps.
-constexpr int kFewPairs = 4;
-/// Largest swing in a step of a contact that changes, up to which attempts resolve the change [rad].
-constexpr double kResolved = 2;
-/// The same in an attempt, up to which SDIRK2 may see contacts end and patches grow [rad].
-constexpr double kResolvedInAttempt = 0.5;
-/// Speed of a change over that which gravity gives in a step, above which it is cut out: where `top` comes down on its tip again and again,
-/// a tick takes 1.3 times the instructions if slower ones are as well.
-constexpr double kImpact = 6;
 /// Passes of a stage of second order: smooth motion converges in two.
 constexpr int kSmoothPasses = 2;
 
@@ -151,23 +141,9 @@ Attempt bdf2(const Model& model, State& state, const IslandStep& step, double s,
 /// (in realtime) SDIRK2 over the next s [s]; contacts yield as `stage.base.yielding` says. Its first stage's wrenches go into the books.
 Attempt sdirk2(const Model& model, State& state, const IslandStep& step, double s, ImplicitStage& stage, SchemeWork& work,
                StepBooks& books) noexcept;
-/// How the contacts of the stage's last evaluation differ from those of the state.
-struct ContactChange {
-  double swing = 0;      ///< largest, of contacts that began or ended, or whose patch grew or shrank fast [rad]; kNone: there are too many
-  double touch = kNone;  ///< from the state's time to the first touch of one that began [s]
-  double speed = 0;      ///< largest at which one began, or at which its spring throws it back [m/s]
-
-  /// Whether it is to be cut out of a step of length h: it is fast, and slow to swing.
-  bool isImpact(const WorldSettings& settings, double h) const noexcept {
-    return swing > 0 && swing <= kResolved && speed > kImpact * h * settings.gravity.norm();
-  }
-};
-/// (in realtime) Swings are those in a time s [s].
-ContactChange changeOf(const Model& model, const State& state, const ImplicitStage& stage, double s) noexcept;
-/// (in realtime) Whether there is no change.
-bool sameContacts(const State& state, const ImplicitStage& stage) noexcept;
-/// (in realtime) Whether SDIRK2 over s resolves the change: no contact has begun, and what else has changed swings by little.
-bool resolves(const Model& model, const State& state, const ImplicitStage& stage, double s) noexcept;
+/// (in realtime) Parts of h [s] in which an impact is resolved, by the contacts of the state and of the stage; 0: they swing too fast, or
+/// there are too many of them.
+int partsOfImpact(const Model& model, const State& state, const ImplicitStage& stage, double h) noexcept;
 /// (in realtime) Before either: how contacts yield. What sticks never does in a step that locates the instants at which it lets go.
 void setModes(const State& state, bool locates, ImplicitStage& stage) noexcept;
 

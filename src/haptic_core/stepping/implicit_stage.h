@@ -36,7 +36,6 @@ struct StageBase {
   std::vector<Yielding> yielding;      ///< by pair: in the stage
   double run = 0;                      ///< how long belts have run since `memory` [s]: where that is not the base's time
   double since = 0;                    ///< from `memory` to the stage's end, where that is more than its length [s]: BDF2's; else 0
-  double ends = 0;                     ///< when the stage's solution holds, from the state's time on [s]
 };
 
 /// Where trees and shapes of a stage are: at its reference.

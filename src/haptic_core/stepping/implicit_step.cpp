@@ -12,8 +12,6 @@ namespace {
 constexpr int kPairEvaluations = 128, kLeastEvaluations = 10, kMostEvaluations = 64;
 /// Sub-steps are no shorter than a step over this; attempts of a step at them, instants of friction included.
 constexpr int kMostParts = 8, kMostAttempts = 24;
-/// Share of the step by which a part goes on beyond a touch.
-constexpr double kPast = 1e-3;
 /// Halving goes on while the error falls by this factor at least: to a quarter where the motion is resolved.
 constexpr double kHelps = 0.4;
 /// An island below this speed, over what gravity adds in a step times the accuracy, settles: Euler's costs half, and it damps the rocking
@@ -24,6 +22,9 @@ constexpr double kSettles = 33, kSettlesStuck = 167;
 /// BDF2 takes up from a step of at least 1/kMostRatio of its own length: it is stable up to 1 + √2 for steps of any sequence.
 constexpr double kMostRatio = 2;
 
+/// Pairs up to which an island may be carried: in a heap that a hand goes through most attempts fail that a wrong guess begins, and what
+/// changes its speed is rocking, which is to settle.
+constexpr int kFewPairs = 4;
 /// Share of friction's static limit from which a slow contact is looked at for the instant at which it gives way. At 1 (no limit)
 /// `stick_slip` leaves its plateau up to a step late; at 0 whatever sticks is solved twice (a_cube: 1.15 of the instructions).
 constexpr double kNearLimit = 0.8;
@@ -90,7 +91,7 @@ Outcome secondOrder(const Model& model, double s, State& state, ImplicitWork& wo
         return {s, {}};
       }
       attempt.excess *= kErrorSdirk2 / kErrorBdf2;  // that of SDIRK2, foreseen
-      if (attempt.excess > 1 && (solved || !resolves(model, state, stage, s))) return {-1, attempt};
+      if (attempt.excess > 1) return {-1, attempt};
     }
   }
   if (!step.affords(2 * kSmoothPasses, s, stage)) return {};
@@ -102,33 +103,8 @@ Outcome secondOrder(const Model& model, double s, State& state, ImplicitWork& wo
     return {found.done, {{}, found.excess, 0}};
   }
   if (attempt.excess > 1) return {-1, attempt};
-  commit(model, attempt.part, sameContacts(state, stage) ? s : 0, state, work);
+  commit(model, attempt.part, s, state, work);
   return {s, {}};
-}
-
-/// After an attempt over s in which contacts changed, where that can be resolved: s becomes the length of the next one, which ends at the
-/// touch of a contact that begins, or is shorter, where contacts end; implicit Euler goes over the touch.
-bool cutAtChange(const Model& model, double& s, State& state, ImplicitWork& work) noexcept {
-  IslandStep& step = work.step;
-  const ImplicitStage& stage = work.stage;
-  const ContactChange change = changeOf(model, state, stage, step.length);
-  if (!change.isImpact(model.settings, step.length)) return false;
-  if (change.touch >= step.left) {
-    const bool helps = s * change.swing > kResolvedInAttempt * step.length;
-    s *= 0.5;
-    return helps && step.affords(2 * kSmoothPasses, s, stage);
-  }
-  const double past = kPast * step.length, before = change.touch - past;
-  if (before < -2 * past) return false;  // it does not come nearer
-  if (before > past && before < s && step.affords(2 * kSmoothPasses, before, stage)) {
-    s = before;
-    return true;
-  }
-  const double over = std::min(step.left, std::max(change.touch, past) + past);
-  euler(model, over, step.room(stage), {}, state, work);
-  step.goOn(over);
-  s = step.left;
-  return true;
 }
 
 /// Goes on by second order while error and budget allow.
@@ -136,6 +112,7 @@ void subSteps(const Model& model, State& state, ImplicitWork& work) noexcept {
   IslandStep& step = work.step;
   const ImplicitStage& stage = work.stage;
   double s = step.length, error = kNone;
+  int parts = 0;  // that resolve an impact
   for (int n = 0; n < kMostAttempts && step.left > 0; ++n) {
     s = std::min(s, step.left);
     const Outcome outcome = secondOrder(model, s, state, work);
@@ -151,8 +128,16 @@ void subSteps(const Model& model, State& state, ImplicitWork& work) noexcept {
       continue;
     }
     const bool jumps = !(failed.part.length > 0);
-    if (jumps && cutAtChange(model, s, state, work)) {
+    if (jumps) parts = std::max(parts, partsOfImpact(model, state, stage, step.length));
+    if (jumps && parts > 1 && step.affords(2 * kSmoothPasses, step.left, stage)) {
       error = kNone;
+      if (s * parts > step.length) {
+        s *= 0.5;
+        continue;
+      }
+      euler(model, s, step.room(stage), {}, state, work);
+      step.goOn(s);
+      s = step.left;
       continue;
     }
     // Impacts (`kNone`) are implicit Euler's. What halving does not help is the attempt's that errs least.

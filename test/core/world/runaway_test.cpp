@@ -73,7 +73,7 @@ TEST(Runaway, ARodWithoutInertiaAboutItsAxisBouncesAsItsHingeLetsIt) {
     World world(rodAndCube(WorldSettings{}, stiffness));
     for (int i = 0; i < 30; ++i) world.step();
     ASSERT_EQ(world.contactCount(), 0);
-    constexpr double kShare = 0.05;  // an impact that the step resolves loses as much (Flow.ABounceKeepsItsSpeed)
+    constexpr double kShare = 0.05;  // an impact that is cut out loses as much (kPartOfSwing)
     EXPECT_NEAR(world.linkTwist(world.linkIndex("rod")).angular.norm(), kRodRate, kShare * kRodRate) << stiffness;
     EXPECT_NEAR(world.linkTwist(world.linkIndex("cube")).linear.x(), kCubeSpeed, 2 * kShare) << stiffness;
   }
