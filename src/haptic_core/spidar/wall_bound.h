@@ -29,8 +29,8 @@
 ///
 /// **Counts.** One encoder count q moves the force of a wall's or coupling's spring by S q or K q, for as long as it lasts, and that of a
 /// coupling's damper by b q g/T, g the share of the filter in a period, for some periods. A hand at rest feels that, and a grip hums by it,
-/// between two or three counts. S and b are each lowered until that force is `kCountForce`, K until it is three quarters of it: a tool
-/// swings behind the coupling. Of 2000 presses on thin bodies (bench `hand`) 15 hum with 0.15 N for S and 0.1 N for K and b, 3 with these.
+/// between two or three counts. S and b are each lowered until that force is `kCountForce`, K until the force is `kSpringShare` of it. Of
+/// 2000 presses on thin bodies (bench `hand`) 15 hum with 0.15 N for S and 0.1 N for K and b, 3 with 0.08 N; of 2000 others none and one.
 /// Lowered together, K and b leave a tool that swings at 65 Hz with a damping ratio of 0.03 at 10 kHz, where b alone is within the bound.
 /// At 1 kHz that lowers the wall of the device with the coarsest counts alone, at 10 kHz from 14.5 to 4.8 N/mm where a count is 17 µm.
 #pragma once
@@ -47,9 +47,12 @@ inline constexpr double kRelaxedHandDamping = 8;
 inline constexpr double kRelaxedHandTurnDamping = 0.01;
 /// Share of K of (1) that the filter of the velocity leaves [1]; at 1 a world can be made that gets a tenth of B at 400 Hz.
 inline constexpr double kFiltered = 0.9;
-/// Most that one count may change a force [N]: three of them are less than the least change that is counted as a turn of a ring, 0.3 N
+/// Most that one count may change a force [N]: three counts change it by less than 0.3 N, the least change that is a turn of a ring
 /// (loop/hand_trial.h). A count of 17 µm is 0.08 N at 1 kHz in front of the stiffest wall, and would be 0.25 N at 10 kHz.
 inline constexpr double kCountForce = 0.08;
+/// Share of kCountForce that the spring of a coupling may have [1], behind which a tool swings. At 0.5 one thin press less rings, and the
+/// coupling of a G6X3R is a third softer at 1 kHz, where 0.75 leaves it as it is.
+inline constexpr double kSpringShare = 0.75;
 
 /// Largest K [N/m] for B, b [N·s/m], T and τ [s]; 0: none, the device has no damping to spare.
 inline double largestWallStiffness(double device_damping, double wall_damping, double period, double delay) {
@@ -80,7 +83,7 @@ inline CouplingBound stiffestCoupling(const LoopPort& port) {
   CouplingBound bound{kFiltered * port.damping / (port.lag + 0.5 * port.period), 0.5 * port.damping};
   const double gain = -elementary::expm1(-port.period / port.filter);
   const double most = kCountForce / port.count;
-  return {std::min(bound.stiffness, 0.75 * most), std::min(bound.damping, most * port.period / gain)};
+  return {std::min(bound.stiffness, kSpringShare * most), std::min(bound.damping, most * port.period / gain)};
 }
 
 /// The largest K [N/m] of a loop that bears `stiffness` [N/m] by damping B [N·s/m], when its delay grows by `added` [s]: B/K is T/2 + τ,

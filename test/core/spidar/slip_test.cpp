@@ -202,7 +202,7 @@ TEST(CountScreen, ABlowOnTheGripIsAMotion) {
   }
 }
 
-/// One slip is corrected; a second one of the same string soon after is a string that sticks, and later on it is another slip.
+/// A slip is corrected, and so is another one of that string later on; where the two lie within a second, the string sticks.
 TEST(CountScreen, TwoSlipsOfAStringWithinASecondAreAStringThatSticks) {
   for (const int ticks_between : {150, 1500}) {
     SlipRig rig("spidar_g6x5r", 0, 1);

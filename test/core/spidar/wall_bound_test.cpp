@@ -54,7 +54,7 @@ TEST(WallBound, CountsLowerTheSpringOfACouplingAndKeepItsDamper) {
   port.count = 1.67e-5;
   const CouplingBound bound = stiffestCoupling(port);
   EXPECT_GT(whole.stiffness * port.count, 2 * kCountForce);
-  EXPECT_DOUBLE_EQ(bound.stiffness * port.count, 0.75 * kCountForce);
+  EXPECT_DOUBLE_EQ(bound.stiffness * port.count, kSpringShare * kCountForce);
   EXPECT_EQ(bound.damping, whole.damping);
   port.count = 1e-4;  // coarse: one of them is a speed of 1 m/s for a tick
   EXPECT_NEAR(stiffestCoupling(port).damping * (1 - std::exp(-T / port.filter)) * port.count / T, kCountForce, 1e-12);
